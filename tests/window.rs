@@ -11,6 +11,8 @@ mod handling;
 mod kept;
 #[path = "window/masses.rs"]
 mod masses;
+#[path = "window/structures.rs"]
+mod structures;
 #[path = "window/teaching.rs"]
 mod teaching;
 

@@ -11,7 +11,7 @@ use sindyscope_core::study::{
     StudyError, calibrate, choose, settings_grid,
 };
 use sindyscope_files::{Overview, ReadOptions};
-use sindyscope_modes::{Base, ModalAnalysis, ModesError, analyse};
+use sindyscope_modes::{Base, ModalAnalysis, ModesError, StructureDiagnosis, analyse};
 use sindyscope_report::document::{Pixels, Section};
 use sindyscope_report::modal::ModalView;
 use sindyscope_rig::RigSettings;
@@ -55,6 +55,8 @@ pub(crate) enum Key {
     Fit,
     /// The modes of a structure.
     Modes,
+    /// The search for the force that a structure's modes lack.
+    ModalSearch,
     /// The study on resampled data.
     Resample,
     /// The studies that were pinned.
@@ -104,6 +106,8 @@ pub(crate) enum Job {
     Fit { records: RecordSet, settings: Settings },
     /// Identify the modes of a structure.
     Modes { records: RecordSet, base: Base },
+    /// Look for the force that so many modes lack, or as many as the data bear.
+    ModalSearch { records: RecordSet, modes: Option<usize> },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
@@ -191,6 +195,8 @@ pub(crate) enum Done {
     Fitted(Arc<Outcome>),
     /// The modes of a structure.
     Modes(Arc<ModalAnalysis>),
+    /// What a structure's modes lack.
+    ModalSearched(Arc<StructureDiagnosis>),
     /// How sure the terms are.
     Resampled(Ensemble),
     /// Each pin's outcome, if it could be made.
@@ -268,6 +274,9 @@ impl Work for Job {
             Self::Modes { records, base } => {
                 Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
             }
+            Self::ModalSearch { records, modes } => Done::ModalSearched(Arc::new(
+                sindyscope_modes::diagnose(&records, modes, &stage, cancel).map_err(modal_sentence)?,
+            )),
             Self::Resample { records, settings } => {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }

@@ -67,6 +67,8 @@ pub(crate) enum Message {
     Views(Box<ViewState>),
     /// Show a structure's modes like this.
     Modal(Box<ModalShown>),
+    /// Look for the force that a structure's modes lack, or stop looking.
+    ModalSearch(bool),
     /// Do something in "What's missing".
     Walk(missing::WalkAct),
     /// Show something else in "What's missing".

@@ -67,6 +67,7 @@ struct Canvas {
     cutter: Cutter,
     views: Plots,
     modal: Plots,
+    structure: Figures,
     walk: missing::WalkCanvas,
     report: report::ReportCanvas,
     rig: Figures,

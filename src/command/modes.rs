@@ -13,6 +13,7 @@ use sindyscope_analysis::json::{VERSION, evidence, lasting, lasting_gap, mode, o
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
 use sindyscope_modes::{BASE, Base, BaseModel, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis};
+use sindyscope_report::document::{ModesReport, Paper};
 use sindyscope_report::modal::{diagnosis_lines, force_term, remaining};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
@@ -57,6 +58,46 @@ impl FromArgMatches for BaseOptions {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         Self::from_arg_matches(matches).map(|new| *self = new)
     }
+}
+
+/// What a document about modes is, beside what it tells.
+pub(super) struct ReportShape<'a> {
+    pub(super) title: &'a str,
+    /// The command that makes it again.
+    pub(super) command: &'a str,
+    pub(super) paper: Paper,
+    pub(super) out: &'a Path,
+}
+
+/// Writes a document about a structure's modes, with what they lack if that is asked for.
+pub(super) fn report(
+    source: &RecordSource,
+    base: &Base,
+    diagnose: bool,
+    shape: &ReportShape<'_>,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let watch = Stopwatch::start();
+    let analysis = sindyscope_modes::analyse(&records, base, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let fit = watch.milliseconds();
+    let modes = if base.poles.is_empty() { base.modes } else { Some(base.poles.len()) };
+    let search = || sindyscope_modes::diagnose(&records, modes, &tell, &Cancel::default()).map_err(Failure::from);
+    let diagnosis = diagnose.then(search).transpose()?;
+    progress.stage("drawing");
+    let &ReportShape { title, command, paper, out } = shape;
+    let (analysis, diagnosis) = (&analysis, diagnosis.as_ref());
+    let report = ModesReport { title, analysis, diagnosis, command: Some(command), paper };
+    report.write(out).map_err(Failure::from)?;
+    let mut result = identified(&analysis.structure, &records, fit);
+    if let Some(diagnosis) = diagnosis {
+        result["diagnosis"] = diagnosed(diagnosis, &records, watch.milliseconds());
+    }
+    let json = json::write(json, &result)?;
+    Ok(json.unwrap_or_else(|| format!("wrote {}\n", out.display()).into_bytes()))
 }
 
 /// Identifies a structure and prints it.
@@ -226,7 +267,9 @@ pub(super) fn diagnose(
     progress: &ProgressLine,
 ) -> CommandResult {
     if !base.0.poles.is_empty() {
-        return Err(Failure::new("a search chooses its poles itself").try_this("leave --poles out, or give --modes").into());
+        return Err(Failure::new("a search chooses its poles itself")
+            .try_this("leave --poles out, or give --modes")
+            .into());
     }
     progress.stage("reading");
     let records = source.read()?;

@@ -52,7 +52,7 @@ const MOST: usize = 40;
 pub static BASE: &[Setting<Base>] = &[
     Setting {
         name: "base",
-        label: "Base model",
+        label: "Base",
         title: "base model",
         group: "Base model",
         help: "What the equations are made of before anything is missing",
@@ -102,7 +102,8 @@ pub static BASE: &[Setting<Base>] = &[
 
 /// A pole as it is written: `9.2:0.01`.
 fn pole(text: &str) -> Result<Pole, String> {
-    let wrong = || format!("`{}` is no pole: write its natural frequency in Hz and its damping ratio, 9.2:0.01", text.trim());
+    let wrong =
+        || format!("`{}` is no pole: write its natural frequency in Hz and its damping ratio, 9.2:0.01", text.trim());
     let (frequency, damping) = text.trim().split_once(':').ok_or_else(wrong)?;
     let [frequency, damping] = [frequency, damping].map(|n| n.trim().parse::<f64>());
     match (frequency, damping) {
@@ -123,14 +124,18 @@ mod tests {
 
     #[test]
     fn poles_are_read_as_they_are_said() {
-        let base = Base { model: BaseModel::Modes, modes: None, poles: vec![Pole::at(9.2, 0.0125), Pole::at(31.0, 0.004)] };
+        let base =
+            Base { model: BaseModel::Modes, modes: None, poles: vec![Pole::at(9.2, 0.0125), Pole::at(31.0, 0.004)] };
         let words = told(BASE, &base, &Base::default());
         let said = words.iter().map(|(setting, text)| Said::new(setting, text).expect("it is read"));
         let mut again = Base::default();
         Given::new(said).apply(&mut again).expect("it is taken");
         assert_eq!((again.model, again.poles.len()), (base.model, 2));
         for (a, b) in again.poles.iter().zip(&base.poles) {
-            assert!((a.omega / b.omega - 1.0).abs() < 1e-5 && (a.damping / b.damping - 1.0).abs() < 1e-5, "{a:?} {b:?}");
+            assert!(
+                (a.omega / b.omega - 1.0).abs() < 1e-5 && (a.damping / b.damping - 1.0).abs() < 1e-5,
+                "{a:?} {b:?}"
+            );
         }
         let poles = BASE.iter().find(|s| s.name == "poles").expect("it is there");
         assert!(Said::new(poles, "9.2").is_err_and(|e| e.contains("damping ratio")));

@@ -79,7 +79,10 @@ mod tests {
 
     #[test]
     fn one_sensor_tells_nothing_of_the_phase() {
-        assert_eq!((phase_collinearity(&turned(&[1.0], 0.3)), phase_deviation(&turned(&[0.0, 0.0], 0.0))), (None, None));
+        assert_eq!(
+            (phase_collinearity(&turned(&[1.0], 0.3)), phase_deviation(&turned(&[0.0, 0.0], 0.0))),
+            (None, None)
+        );
     }
 
     #[test]

@@ -32,6 +32,10 @@ pub(crate) enum ModalAct {
     SavePicture,
     /// Save these numbers.
     SaveTable(String),
+    /// Look for the force that the modes lack.
+    Search,
+    /// Stop looking.
+    StopSearch,
     /// Fit the modes from these poles.
     Poles(Vec<Pole>),
 }

@@ -8,9 +8,9 @@ use crate::app::state::{Edit, ModalShown};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{Headline, card, headlines, line, row, section};
 use sindyscope_core::setting::Setting;
-use sindyscope_modes::{BASE, Base, ModalAnalysis, ModeQuality};
+use sindyscope_modes::{BASE, Base, ModalAnalysis, ModeQuality, Structure};
 use sindyscope_values::format::number::{format_measured, plain, significant};
-use sindyscope_values::format::units::format_si;
+use sindyscope_values::format::units::{format_si, raised};
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::Usage;
 
@@ -65,7 +65,8 @@ pub(crate) fn findings(ui: &mut Ui, room: &ModalRoom, shown: &mut ModalShown) {
     };
     ui.add_enabled_ui(!room.is_stale(), |ui| {
         fit(ui, analysis);
-        modes(ui, analysis, shown);
+        let of = ShownModes { title: "MODES", structure: &analysis.structure, quality: &analysis.quality };
+        modes(ui, &of, shown);
         errors(ui, analysis);
         ui.add_space(8.0);
     });
@@ -88,7 +89,8 @@ fn fit(ui: &mut Ui, analysis: &ModalAnalysis) {
         _ => colors.caution,
     };
     let ctx = ui.ctx().clone();
-    let told = |value: Option<f64>| value.map_or_else(|| "–".into(), |v| display::format(&ctx, v, &sensor.unit, 3));
+    let told =
+        |value: Option<f64>| value.map_or_else(|| "–".into(), |v| raised(&display::format(&ctx, v, &sensor.unit, 3)));
     let (error, noise) = (told(score.map(|s| s.rmse)), told(floor));
     let weak = ui.visuals().weak_text_color();
     headlines(
@@ -105,28 +107,37 @@ fn fit(ui: &mut Ui, analysis: &ModalAnalysis) {
     );
 }
 
+/// Modes that are listed.
+pub(super) struct ShownModes<'a> {
+    pub(super) title: &'static str,
+    pub(super) structure: &'a Structure,
+    /// What the stabilization diagram says of each; empty where there is none.
+    pub(super) quality: &'a [ModeQuality],
+}
+
 /// A row for each mode: frequency, damping, how nearly all sensors swing in one phase.
-fn modes(ui: &mut Ui, analysis: &ModalAnalysis, shown: &mut ModalShown) {
-    let structure = &analysis.structure;
-    section(ui, "MODES", |_| {}, |_| {});
+pub(super) fn modes(ui: &mut Ui, of: &ShownModes<'_>, shown: &mut ModalShown) {
+    let ShownModes { title, structure, quality } = *of;
+    section(ui, title, |_| {}, |_| {});
     columns(ui, ["", "frequency (Hz)", "damping (%)", "MPC"].map(|t| RichText::new(t).weak().size(11.0)));
-    let all = structure.modes.iter().zip(&analysis.quality).enumerate();
+    let all = structure.modes.iter().enumerate();
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
-        for (k, (mode, quality)) in all.clone().filter(|(k, _)| structure.in_band[*k]) {
-            mode_row(ui, k, mode, quality, shown);
+        for (k, mode) in all.clone().filter(|(k, _)| structure.in_band[*k]) {
+            mode_row(ui, k, mode, quality.get(k), shown);
         }
     });
     let outside: Vec<String> =
-        all.filter(|(k, _)| !structure.in_band[*k]).map(|(_, (m, _))| significant(m.frequency, 3)).collect();
+        all.filter(|(k, _)| !structure.in_band[*k]).map(|(_, m)| significant(m.frequency, 3)).collect();
     if !outside.is_empty() {
         let text = format!("Outside the band that is driven: {} Hz", outside.join(", "));
-        ui.add(Label::new(RichText::new(text).weak().size(12.0)).wrap())
-            .on_hover_text("Poles of the model that stand for what lies beyond the band and for drifts: no modes to go by");
+        ui.add(Label::new(RichText::new(text).weak().size(12.0)).wrap()).on_hover_text(
+            "Poles of the model that stand for what lies beyond the band and for drifts: no modes to go by",
+        );
     }
 }
 
-fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: &ModeQuality, shown: &mut ModalShown) {
+fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: Option<&ModeQuality>, shown: &mut ModalShown) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
     let colors = theme::accents(ui.visuals().dark_mode);
     let on = shown.options.mode == Some(index);
@@ -137,20 +148,29 @@ fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: &ModeQuality, shown
     }
     let frequency = format_measured(mode.frequency, mode.frequency_error);
     let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
-    let collinearity = quality.collinearity.map_or_else(|| "–".to_owned(), |c| plain(c, 2));
+    let collinearity = quality.and_then(|q| q.collinearity).map_or_else(|| "–".to_owned(), |c| plain(c, 2));
     let said = format!("Mode {}: {frequency} Hz, damping {damping} %", index + 1);
     response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, on, &said));
     let mut inner = ui.new_child(egui::UiBuilder::new().max_rect(rect));
-    let doubtful = quality.collinearity.is_some_and(|c| c < DOUBTFUL) || quality.stable == 0;
+    let doubtful = quality.is_some_and(|q| q.stable == 0 || q.collinearity.is_some_and(|c| c < DOUBTFUL));
     let color = if doubtful { colors.caution } else { inner.visuals().text_color() };
     let number = RichText::new((index + 1).to_string()).weak();
-    let texts = [frequency, damping, collinearity].map(|t| RichText::new(t).monospace().size(12.0).color(color));
+    let texts = [frequency, damping, collinearity].map(|t| RichText::new(t).monospace().size(11.5).color(color));
     let [frequency, damping, collinearity] = texts;
     columns(&mut inner, [number, frequency, damping, collinearity]);
-    let deviation = quality.deviation.map_or_else(String::new, |d| format!(", mean phase deviation {:.1}°", d.to_degrees()));
-    let hint = match quality.stable {
-        0 => "No pole of the stabilization diagram near it is stable: it may stand for noise or for several modes".to_owned(),
-        n => format!("{n} stable poles of the stabilization diagram lie near it{deviation}; a click shows its shape alone"),
+    let hint = match quality {
+        None => "A click shows its shape alone, in Identify".to_owned(),
+        Some(ModeQuality { stable: 0, .. }) => {
+            "No pole of the stabilization diagram near it is stable: it may stand for noise or for several modes"
+                .to_owned()
+        }
+        Some(ModeQuality { stable, deviation, .. }) => {
+            let deviation =
+                deviation.map_or_else(String::new, |d| format!(", mean phase deviation {:.1}°", d.to_degrees()));
+            format!(
+                "{stable} stable poles of the stabilization diagram lie near it{deviation}; a click shows its shape alone"
+            )
+        }
     };
     if response.on_hover_text(hint).clicked() {
         shown.options.mode = if on { None } else { Some(index) };
@@ -160,7 +180,7 @@ fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: &ModeQuality, shown
 /// Four cells: number, frequency, damping, collinearity.
 fn columns(ui: &mut Ui, texts: [RichText; 4]) {
     let width = ui.available_width();
-    let widths = [0.08, 0.42, 0.36, 0.14].map(|share| share * width);
+    let widths = [0.06, 0.42, 0.40, 0.12].map(|share| share * width);
     line(ui, ROW, |ui| {
         ui.spacing_mut().item_spacing.x = 0.0;
         for (k, (text, width)) in texts.into_iter().zip(widths).enumerate() {
@@ -190,12 +210,18 @@ fn errors(ui: &mut Ui, analysis: &ModalAnalysis) {
             ui.add_sized(vec2(64.0, ROW - 4.0), Label::new(&sensor.name).truncate());
             let text = format!(
                 "{}, {} % of it, {what}",
-                format_si(score.rmse, &sensor.unit, 3),
+                raised(&format_si(score.rmse, &sensor.unit, 3)),
                 significant(100.0 * score.nrmse, 3)
             );
             ui.add(Label::new(RichText::new(text).size(12.0)).truncate());
         });
     }
-    let text = format!("{} states, {} sensors, {} inputs", structure.order(), structure.sensors.len(), structure.inputs.len());
+    let several = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let text = format!(
+        "{}, {}, {}",
+        several(structure.order(), "state"),
+        several(structure.sensors.len(), "sensor"),
+        several(structure.inputs.len(), "input")
+    );
     ui.weak(text);
 }

@@ -4,10 +4,13 @@
 
 mod centre;
 mod columns;
+mod missing;
 mod proposal;
 mod room;
+mod search;
 
 pub(crate) use centre::{ModalAct, show, svg};
 pub(crate) use columns::{controls, findings};
+pub(crate) use missing::{missing_findings, missing_svg, show_missing};
 pub(crate) use proposal::reason_for_modes;
 pub(crate) use room::{ModalFigureRequest, ModalRoom};

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock, Weak};
 
+use super::search::ModalSearch;
 use crate::app::plot::beside::FiguresBeside;
 use crate::app::records::OpenRecords;
 use crate::app::state::ModalShown;
@@ -14,7 +15,7 @@ use sindyscope_values::record::Usage;
 const AT_ONCE: usize = 1 << 13;
 
 /// What the modes belong to: the records' generation, the settings, and what each record is used for.
-type Asked = (u64, Base, Vec<Usage>);
+pub(crate) type Asked = (u64, Base, Vec<Usage>);
 
 /// What was found of a structure's modes.
 #[derive(Debug, Default)]
@@ -26,6 +27,8 @@ pub(crate) struct ModalRoom {
     /// Why what was asked last has none.
     failure: Option<String>,
     pub(crate) figures: FiguresBeside<ModalView, MadeOf>,
+    /// The search for the force that the modes lack.
+    pub(crate) search: ModalSearch,
 }
 
 /// What a figure was made of; weak, so that an address that is compared is not given to a newer one meanwhile.
@@ -93,6 +96,18 @@ impl ModalRoom {
     /// Why there is none of the settings as they stand.
     pub(crate) fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
+    }
+
+    /// What the line at the bottom says.
+    pub(crate) fn said(&self) -> String {
+        match (&self.failure, &self.analysis) {
+            (Some(failure), _) => failure.clone(),
+            (None, Some(analysis)) => {
+                let structure = &analysis.structure;
+                format!("{} states from {} sensors", structure.order(), structure.sensors.len())
+            }
+            (None, None) => "looking for modes…".to_owned(),
+        }
     }
 
     /// True if what is shown is not of the settings as they stand.

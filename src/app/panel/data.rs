@@ -8,7 +8,7 @@ use super::{masses, refusal};
 use crate::app::commands::WindowCommand;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
-use sindyscope_modes::{BASE, BASES};
+use sindyscope_modes::{BASE, BASES, BaseModel};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::{Record, Usage};
 use sindyscope_values::term::Kind;
@@ -71,7 +71,8 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     if let Some(record) =
         context.data.records.get(context.shown).filter(|_| context.edit.settings.kind == Kind::SecondOrder)
     {
-        masses::show(ui, record);
+        let noun = if context.edit.base.model == BaseModel::Modes { "place" } else { "mass" };
+        masses::show(ui, record, noun);
     }
     ui.add_space(2.0);
     let mut kind = context.edit.settings.kind;

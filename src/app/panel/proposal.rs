@@ -16,7 +16,8 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
         ui.add(egui::Label::new(RichText::new("A structure with several modes?").strong()).wrap());
         ui.add(egui::Label::new(RichText::new(reason).weak().size(12.0)).wrap());
         ui.horizontal_wrapped(|ui| {
-            let modes = "Its natural frequencies, damping ratios and shapes, as many as the data bear; undo takes it back";
+            let modes =
+                "Its natural frequencies, damping ratios and shapes, as many as the data bear; undo takes it back";
             if ui.button("Identify its modes").on_hover_text(modes).clicked() {
                 context.edit.base.model = BaseModel::Modes;
                 context.edit.base_settled = true;

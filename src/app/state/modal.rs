@@ -15,6 +15,8 @@ pub(crate) struct ModalShown {
     pub(crate) view: ModalView,
     /// What of it is shown.
     pub(crate) options: ModalOptions,
+    /// The record never fitted that is shown in "What's missing", from zero.
+    pub(crate) unseen: usize,
     /// Curves switched off in the legends.
     pub(crate) hidden: BTreeSet<Ink>,
 }

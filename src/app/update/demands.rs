@@ -9,14 +9,18 @@ use crate::app::questions::replies;
 use crate::app::report::ReportSubject;
 use crate::app::settings_map::SettingsMap;
 use crate::app::state::{Edit, Room, State};
-use sindyscope_modes::BaseModel;
+use sindyscope_modes::{Base, BaseModel};
+use sindyscope_values::record::Usage;
+
+/// Jobs on a chain of masses: where modes are the base they are in vain.
+const OF_A_CHAIN: [Key; 4] = [Key::Fit, Key::Resample, Key::Answers, Key::Map];
 
 /// Asks for everything that is in view and not there; `held` tells whether something is being dragged.
 pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Vec<Want> {
     run(state, derived, |update| {
         update.room();
         update.columns();
-        if update.state.document.edit.base.model == BaseModel::Modes {
+        if update.by_modes() {
             update.modes(held);
         } else {
             update.fit();
@@ -35,6 +39,7 @@ impl Update<'_> {
     fn room(&mut self) {
         match self.state.shown.room {
             Room::Identify => {}
+            Room::Missing if self.by_modes() => {}
             Room::Missing => self.attend_to_search(),
             Room::Rig => {
                 if self.derived.rig.wants(&self.state.rig) {
@@ -44,11 +49,13 @@ impl Update<'_> {
             }
             Room::Report => {
                 // A walk that came back with its project is told in the report too.
-                if !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some() {
+                let walked =
+                    !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some();
+                if walked && !self.by_modes() {
                     self.attend_to_search();
                 }
                 let derived = &mut *self.derived;
-                let subject = ReportSubject::new(self.state, &derived.records, &derived.missing);
+                let subject = ReportSubject::new(self.state, &derived.records, &derived.missing, &derived.modal);
                 if let Some((content, width)) = derived.report.wanted(&subject) {
                     self.want(Key::Pages, Job::Pages { content: Box::new(content), width });
                 }
@@ -78,12 +85,47 @@ impl Update<'_> {
         self.want(Key::Fit, Job::Fit { records, settings });
     }
 
+    fn by_modes(&self) -> bool {
+        self.state.document.edit.base.model == BaseModel::Modes
+    }
+
+    /// What modes and a search belong to now.
+    fn modes_wanted(&self) -> (u64, Base, Vec<Usage>) {
+        let edit = &self.state.document.edit;
+        (self.derived.records.generation, edit.base.clone(), edit.usage.clone())
+    }
+
+    /// Begins or stops the search for the force that the modes lack.
+    pub(super) fn modal_search(&mut self, begins: bool) {
+        if !begins {
+            self.derived.modal.search.stop();
+            return self.cancel(Key::ModalSearch);
+        }
+        let wanted = self.modes_wanted();
+        let modes = match wanted.1.poles.len() {
+            0 => wanted.1.modes,
+            count => Some(count),
+        };
+        self.derived.modal.search.begin(wanted);
+        let (records, _) = self.study();
+        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, modes });
+    }
+
     /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
     fn modes(&mut self, held: bool) {
-        let (records, edit) = (&self.derived.records, &self.state.document.edit);
-        let wanted = (records.generation, edit.base.clone(), edit.usage.clone());
-        if !held && !records.records.is_empty() && self.derived.modal.wants(wanted) {
-            let base = edit.base.clone();
+        for key in OF_A_CHAIN {
+            if self.derived.running.contains_key(&key) {
+                self.cancel(key);
+                // Asked for again where the chain is the base again.
+                self.derived.asked = None;
+            }
+        }
+        let wanted = self.modes_wanted();
+        if self.derived.modal.search.is_of_others(&wanted) {
+            self.modal_search(false);
+        }
+        if !held && !self.derived.records.records.is_empty() && self.derived.modal.wants(wanted) {
+            let base = self.state.document.edit.base.clone();
             let (records, _) = self.study();
             self.want_instead(Key::Modes, Job::Modes { records, base });
         }

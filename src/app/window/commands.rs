@@ -59,7 +59,8 @@ impl App {
                 self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
             WindowCommand::PlotPicture if !drawn => {}
-            WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
+            WindowCommand::ExportModel if !outcome => {}
+            WindowCommand::SaveReport if !drawn => {}
             WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
@@ -177,6 +178,10 @@ impl App {
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
             Purpose::Log => SavedContent::Text(self.log()),
             Purpose::Model => SavedContent::Model(Arc::clone(derived.records.outcome.as_ref()?)),
+            Purpose::Plot if state.shown.room == Room::Missing && self.by_modes() => SavedContent::Figure {
+                svg: modal::missing_svg(ctx, &derived.modal, &state.shown.modal, state.figure)?,
+                title: "Before and after",
+            },
             Purpose::Plot if state.shown.room == Room::Missing => {
                 // Drawn at once: what is saved is what is seen.
                 let of = (&derived.records, &state.document.edit);
@@ -190,7 +195,7 @@ impl App {
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
             Purpose::Table => SavedContent::Text(self.table.clone()),
             Purpose::Report(_) => {
-                let subject = ReportSubject::new(state, &derived.records, &derived.missing);
+                let subject = ReportSubject::new(state, &derived.records, &derived.missing, &derived.modal);
                 SavedContent::Report(Box::new(subject.content()?))
             }
             Purpose::RigRecords => SavedContent::RigRecords(Box::new(derived.rig.made()?.clone())),

@@ -25,8 +25,17 @@ use sindyscope_core::study::Calibration;
 use sindyscope_modes::BaseModel;
 
 /// Jobs that the line at the bottom tells of beside the fit, the first that runs.
-const OTHERS: [Key; 8] =
-    [Key::Open, Key::Choose, Key::Calibrate, Key::Modes, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
+const OTHERS: [Key; 9] = [
+    Key::Open,
+    Key::Choose,
+    Key::Calibrate,
+    Key::Modes,
+    Key::ModalSearch,
+    Key::Search,
+    Key::Pages,
+    Key::Rig,
+    Key::SearchRound,
+];
 
 /// What a person did in a frame, to be done once it is drawn.
 #[derive(Default)]
@@ -41,6 +50,21 @@ struct FrameActs {
     report: Option<ReportForm>,
 }
 
+impl FrameActs {
+    /// Notes what was asked for of a structure's modes; `name` is the figure's.
+    fn modal(&mut self, act: Option<ModalAct>, name: &'static str, draft: &mut Edit) {
+        match act {
+            Some(ModalAct::ShowRecord(index)) => self.messages.push(Message::ShowRecord(index)),
+            Some(ModalAct::SavePicture) => self.commands.push(WindowCommand::PlotPicture),
+            Some(ModalAct::SaveTable(text)) => self.table = Some((name, text)),
+            Some(ModalAct::Poles(poles)) => draft.base.poles = poles,
+            Some(ModalAct::Search) => self.messages.push(Message::ModalSearch(true)),
+            Some(ModalAct::StopSearch) => self.messages.push(Message::ModalSearch(false)),
+            None => {}
+        }
+    }
+}
+
 impl App {
     /// The bars at the top and at the bottom, and the strip of the open lesson.
     pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
@@ -52,7 +76,8 @@ impl App {
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, data: &derived.records };
+        let (drawn, exported) = (self.has_figure(), derived.records.outcome.is_some() && !self.by_modes());
+        let bar = toolbar::Toolbar { drawn, exported, can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
             match asked {
@@ -61,7 +86,9 @@ impl App {
             }
         }
         let derived = &self.program.derived;
+        let said = self.by_modes().then(|| derived.modal.said());
         let mut line = status::Status {
+            said,
             fitting: derived.progress(&Key::Fit),
             other: OTHERS.iter().find_map(|key| derived.progress(key)),
             opening,
@@ -181,16 +208,22 @@ impl App {
             asks: &mut done.asks,
         };
         panel::left(ui, &mut context, room, |ui, context| match room {
+            Room::Report if context.edit.base.model == BaseModel::Modes => {
+                report::title_controls(ui, &mut context.edit.report, &context.data.title);
+            }
             Room::Report => {
                 report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
             }
-            Room::Identify => modal::controls(ui, context.edit),
+            _ if context.edit.base.model == BaseModel::Modes => modal::controls(ui, context.edit),
             _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
         if context.data.records.is_empty() {
             return;
         }
         match room {
+            Room::Missing if context.edit.base.model == BaseModel::Modes => {
+                panel::findings(ui, |ui| modal::missing_findings(ui, &derived.modal, modal));
+            }
             Room::Missing => {
                 panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
             }
@@ -246,16 +279,23 @@ impl App {
         let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
             _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
+            (_, Room::Missing) if draft.base.model == BaseModel::Modes => {
+                let progress = derived.progress(&Key::ModalSearch);
+                let act = modal::show_missing(ui, &derived.modal, progress, modal, &mut canvas.structure);
+                done.modal(act, "before and after", draft);
+            }
             (_, Room::Missing) => {
                 let of = (&derived.records, &*draft);
                 let mass = &mut views.options.freedom;
                 done.walk.extend(missing::show(ui, &derived.missing, &mut canvas.walk, of, mass));
             }
-            (Some(_), Room::Report) => match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
-                Some(ReportAct::Save(saved)) => done.report = Some(saved),
-                Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
-                None => {}
-            },
+            (_, Room::Report) if draft.base.model == BaseModel::Modes || derived.records.outcome.is_some() => {
+                match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
+                    Some(ReportAct::Save(saved)) => done.report = Some(saved),
+                    Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
+                    None => {}
+                }
+            }
             (_, Room::Identify) if draft.base.model == BaseModel::Modes => self.modal(ui, (draft, modal), done),
             (outcome, _) => {
                 if shown.cutting
@@ -284,13 +324,8 @@ impl App {
             done.messages.push(Message::Prepare(steps));
         }
         let of = (&derived.records, shown.record, derived.fitted);
-        match modal::show(ui, &derived.modal, modal, of, &mut canvas.modal) {
-            Some(ModalAct::ShowRecord(index)) => done.messages.push(Message::ShowRecord(index)),
-            Some(ModalAct::SavePicture) => done.commands.push(WindowCommand::PlotPicture),
-            Some(ModalAct::SaveTable(text)) => done.table = Some((modal.view.label(), text)),
-            Some(ModalAct::Poles(poles)) => draft.base.poles = poles,
-            None => {}
-        }
+        let act = modal::show(ui, &derived.modal, modal, of, &mut canvas.modal);
+        done.modal(act, modal.view.label(), draft);
     }
 
     /// The tabs and the view that is open.
@@ -337,6 +372,7 @@ impl App {
             _ if !self.figure_open || !self.has_figure() => return,
             Room::Identify if state.document.edit.base.model == BaseModel::Modes => state.shown.modal.view.label(),
             Room::Identify => state.shown.view.label(),
+            Room::Missing if state.document.edit.base.model == BaseModel::Modes => "Before and after",
             Room::Missing => self.figure.name(),
             Room::Rig | Room::Report => return,
         };

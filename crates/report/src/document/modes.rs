@@ -53,10 +53,11 @@ impl ModesReport<'_> {
         let structure = &self.analysis.structure;
         let fitted = structure.records.iter().filter(|r| r.usage == Usage::Fit).count();
         let held_out = structure.records.len() - fitted;
+        let several = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let subtitle = format!(
-            "Modes of a structure from {} sensors and {} inputs, {fitted} fitted and {held_out} held-out records",
-            structure.sensors.len(),
-            structure.inputs.len()
+            "Modes of a structure from {} and {}, {fitted} fitted and {held_out} held-out records",
+            several(structure.sensors.len(), "sensor"),
+            several(structure.inputs.len(), "input")
         );
         let mut blocks = vec![Block::Title { title: self.title.to_owned(), subtitle }, Block::Tiles(self.tiles())];
         blocks.push(Block::Heading("Modes".into()));

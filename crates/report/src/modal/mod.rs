@@ -5,6 +5,8 @@
 mod responses;
 mod shapes;
 mod stabilization;
+#[cfg(test)]
+mod tests;
 mod unseen;
 mod words;
 
@@ -94,7 +96,9 @@ impl ModalView {
                 "Where measured and modelled lie on each other the modes are right; a peak that moves from record to record is a \
                  nonlinear structure."
             }
-            Self::Shapes => "Two shapes with an assurance near one are one mode seen twice, or too few sensors to tell two.",
+            Self::Shapes => {
+                "Two shapes with an assurance near one are one mode seen twice, or too few sensors to tell two."
+            }
         }
     }
 

@@ -37,7 +37,8 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
 /// The usual number of averaged segments: as many as leave each the length that tells the slowest mode's width.
 pub fn modal_averages(subject: &ModalSubject<'_>) -> usize {
     let records = &subject.analysis.records;
-    let seconds = records.iter().map(|r| r.interval * r.measured.first().map_or(0, Vec::len) as f64).fold(0.0, f64::max);
+    let seconds =
+        records.iter().map(|r| r.interval * r.measured.first().map_or(0, Vec::len) as f64).fold(0.0, f64::max);
     let slowest = modes_in_band(subject.analysis).map(|(_, m)| m.frequency).fold(f64::INFINITY, f64::min);
     let length = if slowest.is_finite() { CYCLES / slowest } else { seconds / 4.0 };
     // k segments that overlap by half are (k + 1) / 2 segments long.
@@ -58,8 +59,9 @@ fn response(record: &ModalRecord, sensor: usize, input: usize, averages: usize) 
         let series = DrivenSeries { name: &record.name, interval: record.interval, input, measured, simulated };
         FrequencyResponse::of_series(&[series], averages, false)
     };
-    let measured = of(&record.measured[sensor], &modelled)
-        .map_err(|_| format!("Record {} is too short for a frequency response, or its input stands still", record.name))?;
+    let measured = of(&record.measured[sensor], &modelled).map_err(|_| {
+        format!("Record {} is too short for a frequency response, or its input stands still", record.name)
+    })?;
     let missed = of(&record.left[sensor], &[]).ok();
     Ok(RecordResponse { measured, missed })
 }
@@ -102,19 +104,19 @@ fn driven(
     coherence.layers.extend(lines(Ink::Measured, "", found, &found.measured.coherence));
     let level = |v: &f64| v.max(f64::MIN_POSITIVE).log10();
     let gains = lead(found.measured.gain.iter().map(level), found.simulated.gain.iter().map(level));
-    gain.y = Axis::logarithmic("gain", unit, gains);
+    // The unit stands in the title: at every mark it would push the plot out of line with those beneath.
+    gain.y = Axis::logarithmic("gain", "", gains);
     gain.title = format!(
-        "|{}/{}|, record {}, H1 from {} segments, {} apart",
-        sensor.name,
-        input.name,
-        record.name,
+        "{}, H1 from {} segments, {} apart",
+        Scale::plain(unit.as_str()).axis(&format!("|{}/{}|", sensor.name, input.name)),
         found.segments,
         format_si(found.step, "Hz", 2)
     );
     gain.guides.extend(signs(subject));
-    gain.columns = columns(&shown, &gain.y.header());
+    gain.columns = columns(&shown, &Scale::plain(unit.as_str()).axis("gain"));
     let (low, high) = extent(found.measured.phase.iter().copied());
-    phase.y = Axis::linear("phase", "°", (low.clamp(-275.0, -190.0), high.clamp(10.0, 95.0))).with_ticks(Ticks::Degrees);
+    phase.y =
+        Axis::linear("phase", "°", (low.clamp(-275.0, -190.0), high.clamp(10.0, 95.0))).with_ticks(Ticks::Degrees);
     coherence.title = "coherence: below one there is noise, nonlinearity or another input".into();
     let caption = format!(
         "Frequency response from {} to {}, measured and of the modes, and what the modes miss; the modes' response is estimated \
@@ -173,18 +175,14 @@ fn abscissa(subject: &ModalSubject<'_>, frequencies: impl Iterator<Item = f64>) 
     let last = modes_in_band(subject.analysis).map(|(_, m)| m.frequency).fold(0.0, f64::max);
     let high = if last > 0.0 { high.min(2.0 * last) } else { high };
     if subject.options.log_frequency {
-        Axis::logarithmic("f", "Hz", (low.log10(), high.log10()))
+        Axis::logarithmic("f", "Hz", (low.log10(), high.log10())).linked("modal frequency log")
     } else {
-        Axis::linear("f", "Hz", (0.0, high))
+        Axis::linear("f", "Hz", (0.0, high)).linked("modal frequency")
     }
 }
 
 /// Amplitude spectra where no input was measured.
-fn spectra(
-    subject: &ModalSubject<'_>,
-    record: &ModalRecord,
-    (at, sensor): (usize, &Sensor),
-) -> Result<Figure, String> {
+fn spectra(subject: &ModalSubject<'_>, record: &ModalRecord, (at, sensor): (usize, &Sensor)) -> Result<Figure, String> {
     let of = |values: &[f64]| Spectrum::new(values, record.interval);
     let measured = of(&record.measured[at]).ok_or("The record is too short for a spectrum: it takes eight samples")?;
     let (modelled, left) = (of(&record.modelled(at)), of(&record.left[at]));

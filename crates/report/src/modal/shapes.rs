@@ -80,12 +80,13 @@ fn one(structure: &Structure, index: usize, mode: &Mode) -> Panel {
 /// All modes as lines over the sensors.
 fn all(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
     let drawn = modes.len().min(MOST_SHAPES);
-    let title = if drawn < modes.len() { format!("the first {drawn} of {} modes", modes.len()) } else { "modes".into() };
+    let title =
+        if drawn < modes.len() { format!("the first {drawn} of {} modes", modes.len()) } else { "modes".into() };
     let mut panel = blank(structure, "shapes", title);
     for (k, mode) in &modes[..drawn] {
         let points = Points::new(mode.shape.iter().enumerate().map(|(s, v)| [(s + 1) as f64, *v]));
         let ink = Ink::of_term(*k);
-        panel.layers.push(Layer::new(ink, mode_name(*k, mode), Shape::Line(points.clone())));
+        panel.layers.push(Layer::new(ink, format!("{}", k + 1), Shape::Line(points.clone())));
         panel.layers.push(Layer::new(ink, "", Shape::Marks(points)));
     }
     panel.columns = columns(structure, modes);
@@ -107,10 +108,9 @@ fn columns(structure: &Structure, modes: &[(usize, &Mode)]) -> Vec<(String, Vec<
 
 /// The modal assurance criterion of every pair of modes.
 fn assurances(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
-    let names: Vec<(f64, String)> = modes.iter().enumerate().map(|(i, (k, _))| (i as f64, (k + 1).to_string())).collect();
-    let axis = || {
-        Axis::linear("mode", "", (-0.5, modes.len() as f64 - 0.5)).with_ticks(Ticks::Named(names.clone()))
-    };
+    let names: Vec<(f64, String)> =
+        modes.iter().enumerate().map(|(i, (k, _))| (i as f64, (k + 1).to_string())).collect();
+    let axis = || Axis::linear("mode", "", (-0.5, modes.len() as f64 - 0.5)).with_ticks(Ticks::Named(names.clone()));
     let mut panel = Panel::new("assurance", axis(), axis());
     panel.title = "modal assurance criterion".into();
     panel.fixed = true;

@@ -24,12 +24,11 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Figure {
         Axis::linear("f", "Hz", (0.0, top))
     };
     let mut panel = Panel::new(id, x, Axis::linear("order", "", y).with_ticks(Ticks::Whole));
-    panel.title = "poles by the order of the state space".into();
     panel.layers.extend(spectrum(subject, y));
     let kinds = [
         (Stability::New, Ink::Ghost, "new"),
         (Stability::Frequency, Ink::Effect(1), "stable frequency"),
-        (Stability::Damping, Ink::Effect(4), "and damping"),
+        (Stability::Damping, Ink::Effect(3), "and damping"),
         (Stability::Whole, Ink::Identified, "and shape"),
     ];
     let at = |p: &ProposedPole| [p.pole.frequency(), p.order as f64];

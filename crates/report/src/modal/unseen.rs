@@ -14,7 +14,8 @@ pub fn before_and_after(record: &UnseenRecord, at: usize, sensor: &Sensor) -> Fi
     let time = || Axis::linear("t", "s", (0.0, seconds)).linked("time never fitted");
     let samples = |values: &[f64]| Shape::Samples(Samples::new(values, spacing));
     let modelled = |left: &[f64]| -> Vec<f64> { record.measured[at].iter().zip(left).map(|(y, e)| y - e).collect() };
-    let mut upper = Panel::new("unseen response", time(), Axis::linear(sensor.name.as_str(), sensor.unit.as_str(), (-1.0, 1.0)));
+    let mut upper =
+        Panel::new("unseen response", time(), Axis::linear(sensor.name.as_str(), sensor.unit.as_str(), (-1.0, 1.0)));
     let mut lower = Panel::new("unseen error", time(), Axis::linear("E", sensor.unit.as_str(), (-1.0, 1.0)));
     let (linear, with) = (Ink::of_stage(0), Ink::of_stage(1));
     upper.layers.push(Layer::new(Ink::Measured, "measured", samples(&record.measured[at])));

@@ -64,13 +64,16 @@ pub fn diagnosis_lines(found: &StructureDiagnosis) -> Vec<String> {
     }
     lines.push(format!(
         "It leads {} by {} in log predictive density on {} of {} blocks never fitted.",
-        force.lead.against,
+        if force.lead.against == "none" { "the linear model" } else { &force.lead.against },
         significant(force.lead.difference, 3),
         force.lead.won,
         force.lead.blocks
     ));
-    lines.extend(force.rivals.iter().map(|(effect, site)| {
-        format!("These data do not tell it from: {} at {site}.", effect.title())
-    }));
+    lines.extend(
+        force
+            .rivals
+            .iter()
+            .map(|(effect, site)| format!("These data do not tell it from: {} at {site}.", effect.title())),
+    );
     lines
 }

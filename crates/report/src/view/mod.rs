@@ -33,8 +33,8 @@ pub use map::{MapQuantity, PARSIMONIOUS_SIGN, remark as setting_remark};
 pub use scene::Scene;
 pub(crate) use scene::time_range;
 pub(crate) use spectrum::value_range;
-pub(crate) use transfer::{quotient, runs};
 pub use transfer::{AVERAGES, USUAL_AVERAGES};
+pub(crate) use transfer::{quotient, runs};
 
 /// What a view shows, and how.
 #[derive(Clone, Copy, Debug)]
