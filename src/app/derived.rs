@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use super::columns::Columns;
+use super::component::ComponentRoom;
 use super::history::History;
 use super::jobs::Key;
 use super::lessons::Teacher;
@@ -31,6 +32,7 @@ pub(crate) struct Derived {
     pub(crate) history: History<Edit>,
     pub(crate) missing: Missing,
     pub(crate) modal: ModalRoom,
+    pub(crate) component: ComponentRoom,
     pub(crate) report: ReportRoom,
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
@@ -61,6 +63,7 @@ impl Derived {
             history: History::new(edit.clone()),
             missing: Missing::default(),
             modal: ModalRoom::default(),
+            component: ComponentRoom::default(),
             report: ReportRoom::default(),
             rig: RigRoom::default(),
             teacher: Teacher::default(),

@@ -5,6 +5,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
+use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
 use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
     Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
@@ -55,6 +58,10 @@ pub(crate) enum Key {
     Fit,
     /// The modes of a structure.
     Modes,
+    /// The force of a component.
+    Component,
+    /// The search for what a component's force lacks.
+    ComponentSearch,
     /// The search for the force that a structure's modes lack.
     ModalSearch,
     /// The study on resampled data.
@@ -104,6 +111,10 @@ pub(crate) enum Job {
     Calibrate { records: RecordSet, settings: Settings, step: usize, sought: Calibration },
     /// Study records.
     Fit { records: RecordSet, settings: Settings },
+    /// Identify the force of a component.
+    Component { records: RecordSet, source: RecordSource },
+    /// Look for what the force of a component lacks.
+    ComponentSearch { records: RecordSet, source: RecordSource },
     /// Identify the modes of a structure.
     Modes { records: RecordSet, base: Base },
     /// Look for the force that so many modes lack, or as many as the data bear.
@@ -193,6 +204,10 @@ pub(crate) enum Done {
     Calibrated { step: usize, found: Calibrated },
     /// The outcome of a study.
     Fitted(Arc<Outcome>),
+    /// The force of a component.
+    Component(Arc<ComponentAnalysis>),
+    /// What the force of a component lacks.
+    ComponentSearched(Arc<DiagnosedComponent>),
     /// The modes of a structure.
     Modes(Arc<ModalAnalysis>),
     /// What a structure's modes lack.
@@ -270,6 +285,15 @@ impl Work for Job {
             }
             Self::Fit { records, settings } => {
                 Done::Fitted(Arc::new(memory.study.run(&records, &settings, cancel).map_err(sentence)?))
+            }
+            Self::Component { records, source } => {
+                let request = AnalysisRequest { source, ..AnalysisRequest::default() };
+                Done::Component(Arc::new(identify_component(&request, &records, cancel).map_err(sentence)?))
+            }
+            Self::ComponentSearch { records, source } => {
+                let request = MissingRequest { max_effects: MAX_EFFECTS, ..MissingRequest::default() };
+                let found = diagnose_component(&source, &request, &records, &stage, cancel).map_err(sentence)?;
+                Done::ComponentSearched(Arc::new(found))
             }
             Self::Modes { records, base } => {
                 Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))

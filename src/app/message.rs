@@ -15,6 +15,7 @@ use super::missing;
 use super::rig;
 use super::state::{Edit, ModalShown, RigState, Source, ViewState, WalkView};
 use sindyscope_core::prepare::Preparation;
+use sindyscope_report::component::ComponentView;
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Kind;
 
@@ -67,6 +68,10 @@ pub(crate) enum Message {
     Views(Box<ViewState>),
     /// Show a structure's modes like this.
     Modal(Box<ModalShown>),
+    /// Show a component's force like this.
+    Component(ComponentView),
+    /// Look for what a component's force lacks, or stop looking.
+    ComponentSearch(bool),
     /// Look for the force that a structure's modes lack, or stop looking.
     ModalSearch(bool),
     /// Do something in "What's missing".

@@ -30,6 +30,7 @@ use super::session::{self, Keeper};
 use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
 use super::{help, overlay, report, theme};
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_modes::{BaseModel, ModalAnalysis};
 use sindyscope_search::{Diagnosis, Stage};
@@ -185,14 +186,34 @@ impl App {
         modal.analysis().filter(|_| self.by_modes() && !modal.is_stale())
     }
 
+    /// The force of the component that is measured, once it was identified.
+    pub fn component(&self) -> Option<&Arc<ComponentAnalysis>> {
+        self.program.derived.component.fit.found().filter(|_| self.of_component())
+    }
+
+    /// What the force of the component lacks, once that was looked for.
+    pub fn component_diagnosis(&self) -> Option<&Arc<DiagnosedComponent>> {
+        self.program.derived.component.search.found().filter(|_| self.of_component())
+    }
+
     /// True if the base are modes.
     fn by_modes(&self) -> bool {
-        self.program.state.document.edit.base.model == BaseModel::Modes
+        !self.of_component() && self.program.state.document.edit.base.model == BaseModel::Modes
+    }
+
+    /// True if the force of a component is looked for.
+    fn of_component(&self) -> bool {
+        self.program.state.document.edit.component
     }
 
     /// True if there is something that a picture can show.
     fn has_figure(&self) -> bool {
-        if self.by_modes() { self.program.derived.modal.analysis().is_some() } else { self.outcome().is_some() }
+        let derived = &self.program.derived;
+        match (self.of_component(), self.by_modes()) {
+            (true, _) => derived.component.fit.found().is_some(),
+            (_, true) => derived.modal.analysis().is_some(),
+            _ => self.outcome().is_some(),
+        }
     }
 
     /// What was added in "What's missing".

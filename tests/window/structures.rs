@@ -4,7 +4,7 @@ use sindyscope_rig::{
     Excitation, MeasuredChannel, MeasuredQuantity, Noise, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup,
 };
 use sindyscope_values::model::{Equation, Model};
-use sindyscope_values::record::Role;
+use sindyscope_values::record::Role as ChannelRole;
 
 use super::*;
 
@@ -24,9 +24,9 @@ fn instrumented(folder: &Path) -> PathBuf {
     let noisy = Sensor::noisy(Noise::ShareOfRms(0.01));
     let accelerometer = |i: usize| {
         let quantity = MeasuredQuantity::Rate(3 + i);
-        MeasuredChannel::new(&format!("a{}", i + 1), Role::Acceleration(i), "m/s^2", quantity, noisy)
+        MeasuredChannel::new(&format!("a{}", i + 1), ChannelRole::Acceleration(i), "m/s^2", quantity, noisy)
     };
-    let force = MeasuredChannel::new("u", Role::Input(0), "N", MeasuredQuantity::Input(0), Sensor::PERFECT);
+    let force = MeasuredChannel::new("u", ChannelRole::Input(0), "N", MeasuredQuantity::Input(0), Sensor::PERFECT);
     let sampling = SampleTimes { start: 0.0, interval: 0.02, count: 1500 };
     let drives = (0..2_u64).map(|k| {
         let force = Excitation::multisine(40.0, (0.5, 10.0), 60, 11 + k);
@@ -80,4 +80,73 @@ fn many_sensors_are_proposed_as_a_structure_and_its_modes_are_found() {
     assert!(window.shows("EQUATION") && !window.shows("Identify its modes"), "it is not asked again");
     window.press(CTRL, Key::Z);
     assert_eq!(frequencies(&window), found);
+}
+
+#[test]
+fn the_modes_of_a_frame_come_with_their_report_and_a_chosen_pole() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![instrumented(home.path())]);
+    window.click("modes");
+    let count = frequencies(&window).len();
+    window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
+    window.settle();
+    window.click("2");
+    assert_eq!((count, window.app().modes().unwrap().structure.modes.len()), (3, 2));
+    window.press(CTRL, Key::Z);
+    assert_eq!(frequencies(&window).len(), 3);
+
+    window.click("What's missing");
+    window.click("Find what's missing");
+    assert!(window.shows("Nothing is missing: the linear model explains the data."));
+    look_at(&mut window, "modes_missing");
+    window.click("Report");
+    assert!(window.shows("Page 1 of "));
+    look_at(&mut window, "modes_report");
+    window.click("Save HTML…");
+    let page = home.path().join("frame.html");
+    window.give_path(&page, "Save");
+    let page = std::fs::read_to_string(page).unwrap();
+    for text in ["Stabilization diagram", "damping ratio (%)", "Nothing is missing"] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn a_component_gets_the_equation_of_its_force() {
+    let home = tempfile::tempdir().unwrap();
+    let options = sindyscope_rig::ComponentOptions {
+        seed: 3,
+        effect: Some("coulomb_friction".into()),
+        ..sindyscope_rig::ComponentOptions::default()
+    };
+    let (records, comments) = sindyscope_rig::component_records(&options).unwrap();
+    let path = home.path().join("damper.csv");
+    write_csv(&records, &mut std::fs::File::create(&path).unwrap(), &comments).unwrap();
+    let session = home.path().join("state/session.json");
+    let mut window = Window::revived(&session, vec![path]);
+    window.click("component without a mass");
+    let found = window.app().component().expect("a force").clone();
+    assert!(found.found.model.force.terms.iter().any(|t| t.term == Term::parse("sgn(v)").unwrap()));
+    assert!(window.shows("F =") && window.shows("energy"), "the equation and the records");
+    look_at(&mut window, "component_loops");
+    window.click("Force");
+    look_at(&mut window, "component_force");
+    window.click("Energy");
+    look_at(&mut window, "component_energy");
+
+    window.click("What's missing");
+    window.click("Find what's missing");
+    let verdict = window.app().component_diagnosis().expect("a diagnosis").found.verdict();
+    assert_eq!(verdict, "named");
+    assert!(window.shows("Coulomb (dry) friction"));
+    look_at(&mut window, "component_missing");
+
+    drop(window);
+    window = Window::revived(&session, Vec::new());
+    assert!(window.app().component().is_some(), "the session knows what was measured");
+    window.click("Identify");
+    window.click("component without a mass");
+    assert!(window.app().component().is_none() && window.shows("dv/dt ="));
+    window.press(CTRL, Key::Z);
+    assert!(window.app().component().is_some());
 }

@@ -2,6 +2,7 @@
 //!
 //! - [`view`]: the views of a study (response, spectrum, restoring force, …), each a pure function that gives a [`figure`].
 //! - [`figure`]: figures as plain values, their ticks, legends and tables, and the painter that draws them as SVG.
+//! - [`component`]: the figures of a component's force.
 //! - [`modal`]: the figures of a structure's modes.
 //! - [`walk`]: the figures of a search for missing effects.
 //! - [`diagram`]: what is computed for them: forces across an element, frequency response, decay, residual.
@@ -28,6 +29,7 @@
 #![deny(missing_docs)]
 
 mod canvas;
+pub mod component;
 pub mod diagram;
 pub mod document;
 pub mod export;

@@ -7,7 +7,6 @@ mod columns;
 mod missing;
 mod proposal;
 mod room;
-mod search;
 
 pub(crate) use centre::{ModalAct, show, svg};
 pub(crate) use columns::{controls, findings};

@@ -19,7 +19,11 @@ const POOR: f64 = 0.1;
 
 /// Why modes would suit these records better, in a sentence; none where they would not, or a person has said which.
 pub(crate) fn reason_for_modes(data: &OpenRecords, edit: &Edit) -> Option<String> {
-    if edit.base_settled || edit.base.model == BaseModel::Modes || edit.settings.kind != Kind::SecondOrder {
+    if edit.component
+        || edit.base_settled
+        || edit.base.model == BaseModel::Modes
+        || edit.settings.kind != Kind::SecondOrder
+    {
         return None;
     }
     let record = data.records.first()?;

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, OnceLock, Weak};
 
-use super::search::ModalSearch;
+use crate::app::answer::Answer;
 use crate::app::plot::beside::FiguresBeside;
 use crate::app::records::OpenRecords;
 use crate::app::state::ModalShown;
-use sindyscope_modes::{Base, ModalAnalysis};
+use sindyscope_modes::{Base, ModalAnalysis, StructureDiagnosis};
 use sindyscope_report::modal::{ModalOptions, ModalSubject, ModalView};
 use sindyscope_report::view::FigureResult;
 use sindyscope_values::record::Usage;
@@ -28,7 +28,7 @@ pub(crate) struct ModalRoom {
     failure: Option<String>,
     pub(crate) figures: FiguresBeside<ModalView, MadeOf>,
     /// The search for the force that the modes lack.
-    pub(crate) search: ModalSearch,
+    pub(crate) search: Answer<Asked, StructureDiagnosis>,
 }
 
 /// What a figure was made of; weak, so that an address that is compared is not given to a newer one meanwhile.

@@ -75,6 +75,10 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
         masses::show(ui, record, noun);
     }
     ui.add_space(2.0);
+    component(ui, context);
+    if context.edit.component {
+        return;
+    }
     let mut kind = context.edit.settings.kind;
     row(ui, "Equations", "Order of the equations of motion that are looked for", |ui| {
         let choices = [
@@ -88,6 +92,19 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     if kind == Kind::SecondOrder {
         base(ui, context);
     }
+}
+
+/// Whether the force along one motion is what is measured, where there is one that may be.
+fn component(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let layout = context.data.layout(context.edit.settings.kind);
+    let possible = layout.kind == Kind::SecondOrder && layout.freedoms == 1 && layout.inputs > 0;
+    if !possible && !context.edit.component {
+        return;
+    }
+    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is                 looked for, and what that lacks. Columns… says which channel is the force (F)";
+    row(ui, "", "", |ui| {
+        ui.checkbox(&mut context.edit.component, "component without a mass").on_hover_text(hint);
+    });
 }
 
 /// What the equations are made of.

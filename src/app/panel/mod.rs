@@ -36,7 +36,7 @@ pub(crate) fn left(
         }
         preparation::show(ui, context);
         match room {
-            Room::Identify if context.edit.base.model == BaseModel::Modes => own(ui, context),
+            Room::Identify if context.edit.component || context.edit.base.model == BaseModel::Modes => own(ui, context),
             Room::Identify => {
                 smoothing::show(ui, context);
                 library::show(ui, context);

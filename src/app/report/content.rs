@@ -3,13 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::app::component::ComponentRoom;
 use crate::app::modal::ModalRoom;
 use crate::app::records::OpenRecords;
 use crate::app::state::Edit;
 use crate::command::shell::quoted;
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::Outcome;
 use sindyscope_modes::{BaseModel, ModalAnalysis, StructureDiagnosis};
-use sindyscope_report::document::{Arrangement, ModesReport, Report, ReportError, Section};
+use sindyscope_report::component::{effect_lines, verdict};
+use sindyscope_report::document::{Arrangement, ComponentReport, ModesReport, Report, ReportError, Section};
 use sindyscope_search::Diagnosis;
 use sindyscope_values::record::RecordSet;
 
@@ -30,6 +33,8 @@ pub(super) enum Reported {
     Study { records: RecordSet, outcome: Arc<Outcome>, diagnosis: Option<Arc<Diagnosis>> },
     /// The modes of a structure.
     Modes { analysis: Arc<ModalAnalysis>, diagnosis: Option<Arc<StructureDiagnosis>> },
+    /// The force of a component.
+    Component { analysis: Arc<ComponentAnalysis>, diagnosis: Option<Arc<DiagnosedComponent>> },
 }
 
 impl Reported {
@@ -45,6 +50,9 @@ impl Reported {
             (Self::Modes { analysis, diagnosis }, Self::Modes { analysis: a, diagnosis: d }) => {
                 Arc::ptr_eq(analysis, a) && same(diagnosis.as_ref(), d.as_ref())
             }
+            (Self::Component { analysis, diagnosis }, Self::Component { analysis: a, diagnosis: d }) => {
+                Arc::ptr_eq(analysis, a) && same(diagnosis.as_ref(), d.as_ref())
+            }
             _ => false,
         }
     }
@@ -55,10 +63,13 @@ impl Content {
     pub(super) fn new(
         (data, edit): (&OpenRecords, &Edit),
         diagnosis: Option<&Arc<Diagnosis>>,
-        modal: &ModalRoom,
+        (modal, component): (&ModalRoom, &ComponentRoom),
         project: Option<&Path>,
     ) -> Option<Self> {
-        let of = if edit.base.model == BaseModel::Modes {
+        let of = if edit.component {
+            let analysis = Arc::clone(component.fit.found()?);
+            Reported::Component { analysis, diagnosis: component.search.found().cloned() }
+        } else if edit.base.model == BaseModel::Modes {
             Reported::Modes { analysis: Arc::clone(modal.analysis()?), diagnosis: modal.search.found().cloned() }
         } else {
             let (records, outcome) = (data.set(&edit.usage), Arc::clone(data.outcome.as_ref()?));
@@ -83,6 +94,9 @@ impl Content {
                 self.study(records, outcome, diagnosis.as_deref()).write(path)
             }
             Reported::Modes { analysis, diagnosis } => self.modes(analysis, diagnosis.as_deref()).write(path),
+            Reported::Component { analysis, diagnosis } => {
+                self.component(analysis, diagnosis.as_deref(), |report| report.write(path))
+            }
         }
     }
 
@@ -93,6 +107,9 @@ impl Content {
                 self.study(records, outcome, diagnosis.as_deref()).pages()
             }
             Reported::Modes { analysis, diagnosis } => (self.modes(analysis, diagnosis.as_deref()).pages(), Vec::new()),
+            Reported::Component { analysis, diagnosis } => {
+                (self.component(analysis, diagnosis.as_deref(), |report| report.pages()), Vec::new())
+            }
         }
     }
 
@@ -106,9 +123,32 @@ impl Content {
         Report { title, records, outcome, choice: None, command: command.as_deref(), diagnosis, arrangement }
     }
 
-    fn modes<'a>(&'a self, analysis: &'a ModalAnalysis, diagnosis: Option<&'a StructureDiagnosis>) -> ModesReport<'a> {
+    /// The title: one's own, or the name of the data.
+    fn heading(&self) -> &str {
         let own = self.arrangement.title.trim();
-        let title = if own.is_empty() { self.title.as_str() } else { own };
+        if own.is_empty() { &self.title } else { own }
+    }
+
+    /// Does something with the report of a component.
+    fn component<R>(
+        &self,
+        analysis: &ComponentAnalysis,
+        diagnosis: Option<&DiagnosedComponent>,
+        then: impl FnOnce(&ComponentReport<'_>) -> R,
+    ) -> R {
+        let model = diagnosis.map_or(&analysis.found.model, |d| d.found.last());
+        let mut lacking = Vec::new();
+        if let Some(diagnosis) = diagnosis {
+            lacking.push(verdict(&diagnosis.found).to_owned());
+            lacking.extend(diagnosis.found.steps.iter().flat_map(effect_lines));
+            lacking.push(format!("Remaining: {}.", diagnosis.remaining()));
+        }
+        let (title, specimen, paper) = (self.heading(), &analysis.specimen, self.arrangement.paper);
+        then(&ComponentReport { title, specimen, model, lacking: &lacking, paper })
+    }
+
+    fn modes<'a>(&'a self, analysis: &'a ModalAnalysis, diagnosis: Option<&'a StructureDiagnosis>) -> ModesReport<'a> {
+        let title = self.heading();
         ModesReport { title, analysis, diagnosis, command: self.command.as_deref(), paper: self.arrangement.paper }
     }
 }

@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use super::Content;
 use super::content::{Reported, title};
+use crate::app::component::request;
 use crate::app::open::{self, Opening};
 use crate::app::problem::OpeningProblem;
 use crate::app::state::{Base, Edit, Source};
+use sindyscope_analysis::AnalysisRequest;
+use sindyscope_analysis::component::identify_component;
 use sindyscope_core::study::{Cancel, Outcome, Study};
 use sindyscope_modes::{BaseModel, analyse};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
@@ -22,7 +25,7 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
     let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
-    let Edit { settings, usage, walk, report, base, .. } = &opened.document.edit;
+    let Edit { settings, usage, walk, report, base, component, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
@@ -34,6 +37,12 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
         arrangement: report.clone(),
         command: Some(command.to_owned()),
     };
+    if *component {
+        let source = request(&opened.document.reading);
+        let asked = AnalysisRequest { source, ..AnalysisRequest::default() };
+        let analysis = identify_component(&asked, &records, &cancel).map_err(|e| failed(e.to_string()))?;
+        return Ok(made(Reported::Component { analysis: Arc::new(analysis), diagnosis: None }));
+    }
     if base.model == BaseModel::Modes {
         let analysis = analyse(&records, base, &|_, _| {}, &cancel).map_err(|e| failed(e.to_string()))?;
         return Ok(made(Reported::Modes { analysis: Arc::new(analysis), diagnosis: None }));

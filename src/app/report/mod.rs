@@ -18,6 +18,7 @@ use egui::{ColorImage, Ui};
 pub(crate) use pages::ReportAct;
 use pages::{Pages, USUAL};
 
+use super::component::ComponentRoom;
 use super::missing::Missing;
 use super::modal::ModalRoom;
 use super::records::OpenRecords;
@@ -42,23 +43,28 @@ pub(crate) struct ReportSubject<'a> {
     pub(crate) data: &'a OpenRecords,
     pub(crate) edit: &'a Edit,
     pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
-    /// The modes, where these are the base.
-    pub(crate) modal: &'a ModalRoom,
+    /// The modes and the component, where it is about these.
+    pub(crate) others: (&'a ModalRoom, &'a ComponentRoom),
     /// The project that this is, if it is one.
     pub(crate) project: Option<&'a Path>,
 }
 
 impl<'a> ReportSubject<'a> {
     /// What is open.
-    pub(crate) fn new(state: &'a State, records: &'a OpenRecords, missing: &'a Missing, modal: &'a ModalRoom) -> Self {
+    pub(crate) fn new(
+        state: &'a State,
+        records: &'a OpenRecords,
+        missing: &'a Missing,
+        others: (&'a ModalRoom, &'a ComponentRoom),
+    ) -> Self {
         let edit = &state.document.edit;
         let diagnosis = missing.diagnosis(&edit.walk);
-        Self { data: records, edit, diagnosis, modal, project: state.project.as_deref() }
+        Self { data: records, edit, diagnosis, others, project: state.project.as_deref() }
     }
 
     /// Everything that the report is made of; none while nothing was found.
     pub(crate) fn content(&self) -> Option<Content> {
-        Content::new((self.data, self.edit), self.diagnosis, self.modal, self.project)
+        Content::new((self.data, self.edit), self.diagnosis, self.others, self.project)
     }
 }
 
@@ -121,7 +127,8 @@ pub(crate) fn title_controls(ui: &mut Ui, report: &mut Arrangement, data: &str) 
         |_| {},
         |ui| {
             contents::title_row(ui, report, &title(data));
-            ui.weak("Its sections are those of a structure's modes.");
+            ui.weak("Its sections are its own.")
+                .on_hover_text("Reports of modes and of components have no sections to choose");
         },
     );
 }

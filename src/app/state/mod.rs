@@ -26,6 +26,7 @@ pub(crate) use rig::Page;
 pub use rig::RigState;
 pub(crate) use room::Room;
 use sindyscope_files::ReadOptions;
+use sindyscope_report::component::ComponentView;
 use sindyscope_report::view::View;
 pub(crate) use stored::upgraded_project;
 pub(crate) use views::ViewState;
@@ -59,6 +60,8 @@ pub struct Shown {
     pub(crate) cutting: bool,
     pub(crate) view: View,
     pub(crate) views: ViewState,
+    /// How a component's force is shown.
+    pub(crate) component: ComponentView,
     /// How a structure's modes are shown.
     pub(crate) modal: ModalShown,
     /// The walk in "What's missing".

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::change::{Update, Want, run};
+use crate::app::component::request;
 use crate::app::derived::Derived;
 use crate::app::jobs::{Job, Key};
 use crate::app::questions::replies;
@@ -20,7 +21,9 @@ pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Ve
     run(state, derived, |update| {
         update.room();
         update.columns();
-        if update.by_modes() {
+        if update.of_component() {
+            update.component();
+        } else if update.by_modes() {
             update.modes(held);
         } else {
             update.fit();
@@ -39,7 +42,7 @@ impl Update<'_> {
     fn room(&mut self) {
         match self.state.shown.room {
             Room::Identify => {}
-            Room::Missing if self.by_modes() => {}
+            Room::Missing if self.by_modes() || self.of_component() => {}
             Room::Missing => self.attend_to_search(),
             Room::Rig => {
                 if self.derived.rig.wants(&self.state.rig) {
@@ -51,11 +54,16 @@ impl Update<'_> {
                 // A walk that came back with its project is told in the report too.
                 let walked =
                     !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some();
-                if walked && !self.by_modes() {
+                if walked && !self.by_modes() && !self.of_component() {
                     self.attend_to_search();
                 }
                 let derived = &mut *self.derived;
-                let subject = ReportSubject::new(self.state, &derived.records, &derived.missing, &derived.modal);
+                let subject = ReportSubject::new(
+                    self.state,
+                    &derived.records,
+                    &derived.missing,
+                    (&derived.modal, &derived.component),
+                );
                 if let Some((content, width)) = derived.report.wanted(&subject) {
                     self.want(Key::Pages, Job::Pages { content: Box::new(content), width });
                 }
@@ -89,6 +97,54 @@ impl Update<'_> {
         self.state.document.edit.base.model == BaseModel::Modes
     }
 
+    fn of_component(&self) -> bool {
+        self.state.document.edit.component
+    }
+
+    /// Stops the jobs on a chain of masses; they are asked for again where the chain is the base again.
+    fn leave_the_chain(&mut self) {
+        for key in OF_A_CHAIN {
+            if self.derived.running.contains_key(&key) {
+                self.cancel(key);
+                self.derived.asked = None;
+            }
+        }
+    }
+
+    /// What the force of a component belongs to now.
+    fn component_wanted(&self) -> (u64, Vec<Usage>) {
+        (self.derived.records.generation, self.state.document.edit.usage.clone())
+    }
+
+    /// Asks for the force of a component.
+    fn component(&mut self) {
+        self.leave_the_chain();
+        let wanted = self.component_wanted();
+        if self.derived.component.search.is_of_others(&wanted) {
+            self.component_search(false);
+        }
+        if self.derived.records.records.is_empty() || self.derived.component.fit.is_of(&wanted) {
+            return;
+        }
+        self.derived.component.fit.begin(wanted);
+        let (records, _) = self.study();
+        let source = request(&self.state.document.reading);
+        self.want_instead(Key::Component, Job::Component { records, source });
+    }
+
+    /// Begins or stops the search for what the force of a component lacks.
+    pub(super) fn component_search(&mut self, begins: bool) {
+        if !begins {
+            self.derived.component.search.stop();
+            return self.cancel(Key::ComponentSearch);
+        }
+        let wanted = self.component_wanted();
+        self.derived.component.search.begin(wanted);
+        let (records, _) = self.study();
+        let source = request(&self.state.document.reading);
+        self.want_instead(Key::ComponentSearch, Job::ComponentSearch { records, source });
+    }
+
     /// What modes and a search belong to now.
     fn modes_wanted(&self) -> (u64, Base, Vec<Usage>) {
         let edit = &self.state.document.edit;
@@ -113,13 +169,7 @@ impl Update<'_> {
 
     /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
     fn modes(&mut self, held: bool) {
-        for key in OF_A_CHAIN {
-            if self.derived.running.contains_key(&key) {
-                self.cancel(key);
-                // Asked for again where the chain is the base again.
-                self.derived.asked = None;
-            }
-        }
+        self.leave_the_chain();
         let wanted = self.modes_wanted();
         if self.derived.modal.search.is_of_others(&wanted) {
             self.modal_search(false);

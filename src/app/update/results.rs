@@ -51,6 +51,8 @@ impl Update<'_> {
             }
             Done::Calibrated { step, found } => self.take_out(step, &found),
             Done::Fitted(outcome) => derived.records.take(outcome, clock.held, clock.now),
+            Done::Component(analysis) => derived.component.fit.take(analysis),
+            Done::ComponentSearched(found) => derived.component.search.take(found),
             Done::Modes(analysis) => derived.modal.take(analysis),
             Done::ModalSearched(found) => derived.modal.search.take(found),
             Done::Resampled(ensemble) => derived.records.ensemble = Some(Arc::new(ensemble)),
@@ -85,6 +87,8 @@ impl Update<'_> {
             Key::Choose => derived.notices.error(format!("Nothing was chosen: {reason}")),
             Key::Calibrate => derived.notices.error(format!("Nothing was found: {reason}")),
             Key::Fit => derived.records.failure = Some(reason),
+            Key::Component => derived.component.fit.fail(reason),
+            Key::ComponentSearch => derived.component.search.fail(reason),
             Key::Modes => derived.modal.fail(reason),
             Key::ModalSearch => derived.modal.search.fail(reason),
             Key::ModalFigure(view) => derived.modal.figures.fail(*view, reason),

@@ -6,6 +6,7 @@ use egui::{CentralPanel, Context, Margin, Ui};
 
 use super::{App, Canvas, tabs};
 use crate::app::commands::WindowCommand;
+use crate::app::component::ComponentAct;
 use crate::app::figure_panel::FigurePanelOutcome;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
@@ -19,18 +20,20 @@ use crate::app::report::{self, ReportAct};
 use crate::app::rig::RigAct;
 use crate::app::state::{Edit, ModalShown, Room, Source, ViewState};
 use crate::app::views::{self, ViewAct};
-use crate::app::{figure_panel, lessons, missing, modal, rig, status, toolbar, welcome};
+use crate::app::{component, figure_panel, lessons, missing, modal, rig, status, toolbar, welcome};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Calibration;
 use sindyscope_modes::BaseModel;
 
 /// Jobs that the line at the bottom tells of beside the fit, the first that runs.
-const OTHERS: [Key; 9] = [
+const OTHERS: [Key; 11] = [
     Key::Open,
     Key::Choose,
     Key::Calibrate,
     Key::Modes,
     Key::ModalSearch,
+    Key::Component,
+    Key::ComponentSearch,
     Key::Search,
     Key::Pages,
     Key::Rig,
@@ -65,6 +68,27 @@ impl FrameActs {
     }
 }
 
+impl FrameActs {
+    /// Notes what was asked for of a component; `name` is the figure's.
+    fn component(&mut self, act: Option<ComponentAct>, name: &'static str) {
+        self.messages.extend(match act {
+            Some(ComponentAct::View(view)) => Some(Message::Component(view)),
+            Some(ComponentAct::ShowRecord(index)) => Some(Message::ShowRecord(index)),
+            Some(ComponentAct::Search) => Some(Message::ComponentSearch(true)),
+            Some(ComponentAct::StopSearch) => Some(Message::ComponentSearch(false)),
+            Some(ComponentAct::SavePicture) => {
+                self.commands.push(WindowCommand::PlotPicture);
+                None
+            }
+            Some(ComponentAct::SaveTable(text)) => {
+                self.table = Some((name, text));
+                None
+            }
+            None => None,
+        });
+    }
+}
+
 impl App {
     /// The bars at the top and at the bottom, and the strip of the open lesson.
     pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
@@ -76,7 +100,8 @@ impl App {
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let (drawn, exported) = (self.has_figure(), derived.records.outcome.is_some() && !self.by_modes());
+        let (drawn, exported) =
+            (self.has_figure(), derived.records.outcome.is_some() && !self.by_modes() && !self.of_component());
         let bar = toolbar::Toolbar { drawn, exported, can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
@@ -86,7 +111,8 @@ impl App {
             }
         }
         let derived = &self.program.derived;
-        let said = self.by_modes().then(|| derived.modal.said());
+        let said =
+            if self.of_component() { Some(String::new()) } else { self.by_modes().then(|| derived.modal.said()) };
         let mut line = status::Status {
             said,
             fitting: derived.progress(&Key::Fit),
@@ -208,17 +234,29 @@ impl App {
             asks: &mut done.asks,
         };
         panel::left(ui, &mut context, room, |ui, context| match room {
-            Room::Report if context.edit.base.model == BaseModel::Modes => {
+            Room::Report if context.edit.component || context.edit.base.model == BaseModel::Modes => {
                 report::title_controls(ui, &mut context.edit.report, &context.data.title);
             }
             Room::Report => {
                 report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
             }
+            _ if context.edit.component => {}
             _ if context.edit.base.model == BaseModel::Modes => modal::controls(ui, context.edit),
             _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
         if context.data.records.is_empty() {
             return;
+        }
+        if context.edit.component {
+            let found = &derived.component;
+            let (of, noise, failure) = match found.search.found().filter(|_| room == Room::Missing) {
+                Some(diagnosis) => (found.diagnosed(), Some(diagnosis.found.noise_floor), None),
+                None => {
+                    let noise = found.fit.found().map(|analysis| analysis.found.noise_floor);
+                    (found.identified(), noise, found.fit.failure())
+                }
+            };
+            return panel::findings(ui, |ui| component::findings(ui, of, noise, failure));
         }
         match room {
             Room::Missing if context.edit.base.model == BaseModel::Modes => {
@@ -279,6 +317,16 @@ impl App {
         let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
             _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
+            (_, Room::Identify | Room::Missing) if draft.component => {
+                let (room, of) = (&derived.component, (shown.component, shown.record));
+                let act = if shown.room == Room::Missing {
+                    let progress = derived.progress(&Key::ComponentSearch);
+                    component::show_missing(ui, room, progress, of, &mut canvas.structure)
+                } else {
+                    component::show(ui, room, of, &mut canvas.structure)
+                };
+                done.component(act, shown.component.label());
+            }
             (_, Room::Missing) if draft.base.model == BaseModel::Modes => {
                 let progress = derived.progress(&Key::ModalSearch);
                 let act = modal::show_missing(ui, &derived.modal, progress, modal, &mut canvas.structure);
@@ -289,7 +337,9 @@ impl App {
                 let mass = &mut views.options.freedom;
                 done.walk.extend(missing::show(ui, &derived.missing, &mut canvas.walk, of, mass));
             }
-            (_, Room::Report) if draft.base.model == BaseModel::Modes || derived.records.outcome.is_some() => {
+            (_, Room::Report)
+                if draft.component || draft.base.model == BaseModel::Modes || derived.records.outcome.is_some() =>
+            {
                 match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
                     Some(ReportAct::Save(saved)) => done.report = Some(saved),
                     Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
@@ -370,6 +420,7 @@ impl App {
         let state = &self.program.state;
         let name = match state.shown.room {
             _ if !self.figure_open || !self.has_figure() => return,
+            Room::Identify | Room::Missing if state.document.edit.component => state.shown.component.label(),
             Room::Identify if state.document.edit.base.model == BaseModel::Modes => state.shown.modal.view.label(),
             Room::Identify => state.shown.view.label(),
             Room::Missing if state.document.edit.base.model == BaseModel::Modes => "Before and after",
