@@ -83,14 +83,15 @@ fn many_sensors_are_proposed_as_a_structure_and_its_modes_are_found() {
 }
 
 #[test]
-fn the_modes_of_a_frame_come_with_their_report_and_a_chosen_pole() {
+fn the_number_of_modes_is_a_choice_and_the_report_tells_them() {
     let home = tempfile::tempdir().unwrap();
     let mut window = Window::of_files(vec![instrumented(home.path())]);
     window.click("modes");
     let count = frequencies(&window).len();
     window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
     window.settle();
-    window.click("2");
+    window.0.get_by_role_and_label(Role::Button, "2").click();
+    window.settle();
     assert_eq!((count, window.app().modes().unwrap().structure.modes.len()), (3, 2));
     window.press(CTRL, Key::Z);
     assert_eq!(frequencies(&window).len(), 3);
