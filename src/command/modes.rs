@@ -224,7 +224,7 @@ pub(super) fn text(found: &Structure) -> String {
     let mut out = String::from("Mode  Frequency [Hz]        Damping ratio [%]     Shape");
     let names: Vec<&str> = found.sensors.iter().map(|s| s.name.as_str()).collect();
     out.push_str(&format!(" ({})\n", names.join(", ")));
-    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).enumerate().filter(|(_, (_, inside))| **inside) {
+    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).filter(|(_, inside)| **inside).enumerate() {
         let frequency = format_measured(mode.frequency, mode.frequency_error);
         let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
         let entry = |s: usize| {

@@ -73,7 +73,7 @@ pub(crate) const SPURIOUS_DAMPING: f64 = 0.2;
 pub(crate) const OF_MODE: f64 = 0.02;
 pub(crate) const OF_MODE_ASSURANCE: f64 = 0.7;
 /// Segments, overlapping by half, that a spectrum averages over at least, and most samples of one.
-pub(crate) const SPECTRUM_SEGMENTS: usize = 8;
+pub(crate) const SPECTRUM_SEGMENTS: usize = 4;
 pub(crate) const SPECTRUM_SAMPLES: usize = 4096;
 
 // Screening of forces.

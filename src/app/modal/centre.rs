@@ -157,7 +157,7 @@ fn header(
             ModalView::Shapes => {
                 let text = match shown.options.mode {
                     None => "all modes in the band; a click on a mode in the table shows it alone".to_owned(),
-                    Some(k) => format!("mode {} alone", k + 1),
+                    Some(k) => format!("mode {} alone", analysis.structure.mode_number(k)),
                 };
                 ui.weak(text);
                 if shown.options.mode.is_some() && ui.button("Show all").clicked() {

@@ -124,7 +124,7 @@ pub(super) fn modes(ui: &mut Ui, of: &ShownModes<'_>, shown: &mut ModalShown) {
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
         for (k, mode) in all.clone().filter(|(k, _)| structure.in_band[*k]) {
-            mode_row(ui, k, mode, quality.get(k), shown);
+            mode_row(ui, (k, structure.mode_number(k)), mode, quality.get(k), shown);
         }
     });
     let outside: Vec<String> =
@@ -137,7 +137,13 @@ pub(super) fn modes(ui: &mut Ui, of: &ShownModes<'_>, shown: &mut ModalShown) {
     }
 }
 
-fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: Option<&ModeQuality>, shown: &mut ModalShown) {
+fn mode_row(
+    ui: &mut Ui,
+    (index, number): (usize, usize),
+    mode: &Mode,
+    quality: Option<&ModeQuality>,
+    shown: &mut ModalShown,
+) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
     let colors = theme::accents(ui.visuals().dark_mode);
     let on = shown.options.mode == Some(index);
@@ -149,12 +155,12 @@ fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: Option<&ModeQuality
     let frequency = format_measured(mode.frequency, mode.frequency_error);
     let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
     let collinearity = quality.and_then(|q| q.collinearity).map_or_else(|| "–".to_owned(), |c| plain(c, 2));
-    let said = format!("Mode {}: {frequency} Hz, damping {damping} %", index + 1);
+    let said = format!("Mode {number}: {frequency} Hz, damping {damping} %");
     response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, on, &said));
     let mut inner = ui.new_child(egui::UiBuilder::new().max_rect(rect));
     let doubtful = quality.is_some_and(|q| q.stable == 0 || q.collinearity.is_some_and(|c| c < DOUBTFUL));
     let color = if doubtful { colors.caution } else { inner.visuals().text_color() };
-    let number = RichText::new((index + 1).to_string()).weak();
+    let number = RichText::new(number.to_string()).weak();
     let texts = [frequency, damping, collinearity].map(|t| RichText::new(t).monospace().size(11.5).color(color));
     let [frequency, damping, collinearity] = texts;
     columns(&mut inner, [number, frequency, damping, collinearity]);
@@ -180,7 +186,7 @@ fn mode_row(ui: &mut Ui, index: usize, mode: &Mode, quality: Option<&ModeQuality
 /// Four cells: number, frequency, damping, collinearity.
 fn columns(ui: &mut Ui, texts: [RichText; 4]) {
     let width = ui.available_width();
-    let widths = [0.06, 0.42, 0.40, 0.12].map(|share| share * width);
+    let widths = [0.07, 0.44, 0.37, 0.12].map(|share| share * width);
     line(ui, ROW, |ui| {
         ui.spacing_mut().item_spacing.x = 0.0;
         for (k, (text, width)) in texts.into_iter().zip(widths).enumerate() {

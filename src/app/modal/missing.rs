@@ -71,7 +71,9 @@ pub(crate) fn show_missing(
 fn under_way(ui: &mut Ui, progress: Option<JobProgress>) -> Option<ModalAct> {
     let stage = progress.and_then(|p| p.stage).unwrap_or("looking for modes");
     let share = progress.and_then(|p| p.share).unwrap_or(0.0) as f32;
-    ui.label(format!("{}{}…", stage[..1].to_uppercase(), &stage[1..]));
+    let mut letters = stage.chars();
+    let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
+    ui.label(format!("{first}{}…", letters.as_str()));
     ui.add(egui::ProgressBar::new(share).desired_width(320.0).desired_height(6.0));
     if let Some(words) = progress.map(|p| p.words()).filter(|w| !w.is_empty()) {
         ui.weak(words);

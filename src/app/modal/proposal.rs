@@ -48,7 +48,7 @@ pub(crate) fn reason_for_modes(data: &OpenRecords, edit: &Edit) -> Option<String
         (None, None) => return None,
     };
     let poor = if error.is_finite() {
-        format!("leaves {:.0} % of them unexplained", 100.0 * error)
+        format!("errs by {:.0} % of their deviation", 100.0 * error)
     } else {
         "diverges along them".to_owned()
     };

@@ -104,7 +104,10 @@ impl ModalRoom {
             (Some(failure), _) => failure.clone(),
             (None, Some(analysis)) => {
                 let structure = &analysis.structure;
-                format!("{} states from {} sensors", structure.order(), structure.sensors.len())
+                match structure.sensors.len() {
+                    1 => format!("{} states from one sensor", structure.order()),
+                    count => format!("{} states from {count} sensors", structure.order()),
+                }
             }
             (None, None) => "looking for modes…".to_owned(),
         }

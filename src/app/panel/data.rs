@@ -10,7 +10,7 @@ use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
 use sindyscope_modes::{BASE, BASES, BaseModel};
 use sindyscope_values::format::number::significant_trimmed;
-use sindyscope_values::record::{Record, Usage};
+use sindyscope_values::record::{Channel, Record, Role, Usage};
 use sindyscope_values::term::Kind;
 
 const USAGES: [(Usage, &str, &str); 3] = [
@@ -89,7 +89,9 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
             context.asks.push(PanelAct::Kind(kind));
         }
     });
-    if kind == Kind::SecondOrder {
+    // What the program brings along are masses.
+    let files = context.of_files || context.edit.base.model == BaseModel::Modes;
+    if kind == Kind::SecondOrder && files {
         base(ui, context);
     }
 }
@@ -97,11 +99,14 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
 /// Whether the force along one motion is what is measured, where there is one that may be.
 fn component(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let layout = context.data.layout(context.edit.settings.kind);
-    let possible = layout.kind == Kind::SecondOrder && layout.freedoms == 1 && layout.inputs > 0;
+    let moves = |c: &Channel| matches!(c.role, Role::Displacement(_) | Role::Velocity(_));
+    let measured = context.data.records.first().is_some_and(|r| r.measured().any(moves));
+    let possible =
+        context.of_files && measured && layout.kind == Kind::SecondOrder && layout.freedoms == 1 && layout.inputs > 0;
     if !possible && !context.edit.component {
         return;
     }
-    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is                 looked for, and what that lacks. Columns… says which channel is the force (F)";
+    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is                 looked for, and what that lacks. Of several inputs the force is the one whose name or unit says so";
     row(ui, "", "", |ui| {
         ui.checkbox(&mut context.edit.component, "component without a mass").on_hover_text(hint);
     });

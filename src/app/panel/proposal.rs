@@ -9,7 +9,9 @@ use crate::app::widgets::card;
 use sindyscope_modes::BaseModel;
 
 pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
-    let Some(reason) = reason_for_modes(context.data, context.edit) else { return };
+    // What the program brings along are masses.
+    let reason = if context.of_files { reason_for_modes(context.data, context.edit) } else { None };
+    let Some(reason) = reason else { return };
     let accent = theme::accents(ui.visuals().dark_mode).accent;
     ui.add_space(4.0);
     card(ui, accent, |ui| {

@@ -59,34 +59,37 @@ pub(super) fn over_time(specimen: &Specimen, fit: &ForceFit, motion: &GivenMotio
     Figure::stacked([(upper, 1.6), (lower, 1.0)], 300.0, caption)
 }
 
-/// The power that the force takes in each record, measured and identified.
+/// The energy that the force takes in a cycle of each record, measured and identified.
 pub(super) fn energy(specimen: &Specimen, model: &ComponentModel) -> Figure {
     let (_, unit) = specimen.force();
-    let power = |fit: &ForceFit, k: usize| fit.energy[k] / (fit.interval * fit.samples as f64);
+    let cycles = |fit: &ForceFit| (fit.interval * fit.samples as f64 / specimen.period()).max(1.0);
     let names = model.records.iter().enumerate().map(|(r, fit)| {
         let held_out = if fit.usage == Usage::HeldOut { " (held out)" } else { "" };
         (r as f64, format!("{}{held_out}", fit.name))
     });
     let x =
         Axis::linear("record", "", (-0.6, model.records.len() as f64 - 0.4)).with_ticks(Ticks::Named(names.collect()));
+    // ∫F v dt: a velocity in m/s makes N m.
     let velocity = specimen.unit(Symbol::Rate(0));
-    let taken = model.records.iter().flat_map(|fit| [power(fit, 0), power(fit, 1), 0.0]);
-    let mut panel = Panel::new("energy", x, Axis::linear("mean power", format!("{unit} {velocity}"), extent(taken)));
-    for (k, ink, name, hollow) in [(0, Ink::Measured, "measured", false), (1, Ink::Identified, "identified", true)] {
+    let unit = velocity.strip_suffix("/s").map_or_else(|| format!("{unit} {velocity} s"), |x| format!("{unit} {x}"));
+    let taken = model.records.iter().flat_map(|fit| [fit.energy[0] / cycles(fit), fit.energy[1] / cycles(fit), 0.0]);
+    let mut panel = Panel::new("energy", x, Axis::linear("energy a cycle", unit, extent(taken)));
+    for (k, ink, name) in [(0, Ink::Measured, "measured"), (1, Ink::Identified, "identified")] {
         let bar = |(r, fit): (usize, &ForceFit)| {
-            let (at, height) = (r as f64, power(fit, k));
-            PlotBar { from: at - 0.3, to: at + 0.3, height, text: String::new(), text_at: height }
+            let (from, height) = (r as f64 - 0.34 + 0.35 * k as f64, fit.energy[k] / cycles(fit));
+            PlotBar { from, to: from + 0.33, height, text: String::new(), text_at: height }
         };
         let bars = model.records.iter().enumerate().map(bar).collect();
-        panel.layers.push(Layer::new(ink, name, Shape::Bars { bars, hollow }));
+        panel.layers.push(Layer::new(ink, name, Shape::Bars { bars, hollow: false }));
     }
     let column = |head: &str, of: &dyn Fn(&ForceFit) -> f64| (head.to_owned(), model.records.iter().map(of).collect());
     panel.columns = vec![
-        column("duration (s)", &|fit| fit.interval * fit.samples as f64),
+        column("cycles", &cycles),
         column("energy measured", &|fit| fit.energy[0]),
         column("energy identified", &|fit| fit.energy[1]),
     ];
     panel.fixed = true;
-    let caption = "Mean power that the force takes in each record, measured and identified: what a damper is for.";
+    let caption =
+        "Energy that the force takes in a cycle of the motion's main period, measured and identified, in each record.";
     Figure::stacked([(panel, 1.0)], 260.0, caption)
 }

@@ -41,7 +41,7 @@ impl ComponentView {
         match self {
             Self::Loops => "Force over displacement and over velocity, measured and identified",
             Self::Time => "Force over time, measured and identified, with the error beneath",
-            Self::Energy => "Energy that the force takes a second, measured and identified, in every record",
+            Self::Energy => "Energy that the force takes in a cycle, measured and identified, in every record",
         }
     }
 

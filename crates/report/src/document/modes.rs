@@ -113,7 +113,7 @@ impl ModesReport<'_> {
         let row = |(k, mode): (usize, &Mode)| {
             let collinearity = self.analysis.quality[k].collinearity;
             vec![
-                Cell::Text((k + 1).to_string()),
+                Cell::Text(self.analysis.structure.mode_number(k).to_string()),
                 Cell::Number(format_measured(mode.frequency, mode.frequency_error)),
                 Cell::Number(format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e))),
                 Cell::Text(mode.shape.iter().map(|s| significant(*s, 3)).collect::<Vec<_>>().join(", ")),

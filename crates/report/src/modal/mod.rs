@@ -115,13 +115,18 @@ impl ModalView {
     }
 }
 
-/// A mode in words: `2: 4.231 ± 0.002 Hz`.
-pub fn mode_name(index: usize, mode: &Mode) -> String {
-    format!("{}: {} Hz", index + 1, format_measured(mode.frequency, mode.frequency_error))
+/// A mode in words, by its number: `2: 4.231 ± 0.002 Hz`.
+pub fn mode_name(number: usize, mode: &Mode) -> String {
+    format!("{number}: {} Hz", format_measured(mode.frequency, mode.frequency_error))
 }
 
-/// The number of a mode by which it is known everywhere, from one, with each mode in the driven band.
+/// Each mode in the driven band, with its place among all modes.
 pub fn modes_in_band(analysis: &ModalAnalysis) -> impl Iterator<Item = (usize, &Mode)> {
     let structure = &analysis.structure;
     structure.modes.iter().enumerate().filter(|(k, _)| structure.in_band[*k])
+}
+
+/// Each mode in the driven band, with its number, from one.
+pub fn numbered_modes(analysis: &ModalAnalysis) -> impl Iterator<Item = (usize, &Mode)> {
+    modes_in_band(analysis).enumerate().map(|(k, (_, mode))| (k + 1, mode))
 }

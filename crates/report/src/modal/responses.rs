@@ -1,13 +1,13 @@
 //! Responses over frequency: of a sensor to an input, or its spectrum where no input was measured.
 
-use super::{ModalSubject, modes_in_band};
+use super::{ModalSubject, modes_in_band, numbered_modes};
 use crate::diagram::{DrivenSeries, FrequencyResponse};
 use crate::figure::{Axis, Figure, Guide, Layer, LegendEntry, Panel, Points, Shape, Ticks, extent, lead};
 use crate::palette::Ink;
 use crate::view::{quotient, runs, value_range};
 use sindyscope_core::signal::Spectrum;
 use sindyscope_modes::{Input, ModalRecord, Sensor};
-use sindyscope_values::format::units::{Scale, format_si};
+use sindyscope_values::format::units::{Scale, format_si, raised};
 
 /// Other records that are laid over the one that is shown, at most.
 const MOST_OTHERS: usize = 4;
@@ -108,7 +108,7 @@ fn driven(
     gain.y = Axis::logarithmic("gain", "", gains);
     gain.title = format!(
         "{}, H1 from {} segments, {} apart",
-        Scale::plain(unit.as_str()).axis(&format!("|{}/{}|", sensor.name, input.name)),
+        Scale::plain(raised(&unit)).axis(&format!("|{}/{}|", sensor.name, input.name)),
         found.segments,
         format_si(found.step, "Hz", 2)
     );
@@ -161,12 +161,12 @@ fn columns(shown: &RecordResponse, head: &str) -> Vec<(String, Vec<f64>)> {
 
 /// The modes' frequencies.
 fn signs(subject: &ModalSubject<'_>) -> Vec<Guide> {
-    let sign = |(k, mode): (usize, &sindyscope_values::model::Mode)| Guide::At {
+    let sign = |(number, mode): (usize, &sindyscope_values::model::Mode)| Guide::At {
         ink: Ink::Cursor,
         at: mode.frequency,
-        text: (k + 1).to_string(),
+        text: number.to_string(),
     };
-    modes_in_band(subject.analysis).map(sign).collect()
+    numbered_modes(subject.analysis).map(sign).collect()
 }
 
 /// From the first line to beyond the last mode.

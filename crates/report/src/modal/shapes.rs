@@ -1,6 +1,6 @@
 //! Shapes over the sensors, and the modal assurance of each pair.
 
-use super::{ModalSubject, mode_name, modes_in_band};
+use super::{ModalSubject, mode_name, numbered_modes};
 use crate::figure::{Axis, Cells, Colours, Figure, Guide, Layer, Panel, PanelRow, PlotBar, Points, Shape, Ticks};
 use crate::palette::Ink;
 use sindyscope_modes::{Structure, assurance, scaled_shape};
@@ -21,8 +21,10 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
     if structure.sensors.len() < 2 {
         return Err("One sensor shows no shape: it takes two or more".into());
     }
-    let modes: Vec<(usize, &Mode)> = modes_in_band(subject.analysis).collect();
-    let chosen = subject.options.mode.and_then(|k| modes.iter().find(|(i, _)| *i == k).copied());
+    // By their numbers, from one.
+    let modes: Vec<(usize, &Mode)> = numbered_modes(subject.analysis).collect();
+    let chosen = subject.options.mode.map(|k| structure.mode_number(k));
+    let chosen = chosen.and_then(|number| modes.iter().find(|(n, _)| *n == number).copied());
     let shape = match chosen {
         Some((k, mode)) => one(structure, k, mode),
         None => all(structure, &modes),
@@ -57,8 +59,8 @@ fn blank(structure: &Structure, id: &'static str, title: String) -> Panel {
 }
 
 /// One mode, a bar for each sensor, with standard errors.
-fn one(structure: &Structure, index: usize, mode: &Mode) -> Panel {
-    let mut panel = blank(structure, "shape of one mode", format!("mode {}", mode_name(index, mode)));
+fn one(structure: &Structure, number: usize, mode: &Mode) -> Panel {
+    let mut panel = blank(structure, "shape of one mode", format!("mode {}", mode_name(number, mode)));
     let bar = |(s, height): (usize, &f64)| {
         let at = (s + 1) as f64;
         let phase = mode.phase.get(s).copied().unwrap_or(0.0).to_degrees();
@@ -66,14 +68,14 @@ fn one(structure: &Structure, index: usize, mode: &Mode) -> Panel {
         PlotBar { from: at - HALF_BAR, to: at + HALF_BAR, height: *height, text, text_at: height.max(0.0) }
     };
     let bars = mode.shape.iter().enumerate().map(bar).collect();
-    panel.layers.push(Layer::new(Ink::of_term(index), "", Shape::Bars { bars, hollow: false }));
+    panel.layers.push(Layer::new(Ink::of_term(number - 1), "", Shape::Bars { bars, hollow: false }));
     let error = |(s, error): (usize, &Option<f64>)| {
         let (value, error) = (mode.shape[s], (*error)?);
         Some([(s + 1) as f64, value - error, value + error])
     };
     let errors = mode.shape_error.iter().enumerate().filter_map(error).collect();
     panel.layers.push(Layer::new(Ink::Mean, "", Shape::Errors(errors)));
-    panel.columns = columns(structure, &[(index, mode)]);
+    panel.columns = columns(structure, &[(number, mode)]);
     panel
 }
 
@@ -85,8 +87,8 @@ fn all(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
     let mut panel = blank(structure, "shapes", title);
     for (k, mode) in &modes[..drawn] {
         let points = Points::new(mode.shape.iter().enumerate().map(|(s, v)| [(s + 1) as f64, *v]));
-        let ink = Ink::of_term(*k);
-        panel.layers.push(Layer::new(ink, format!("{}", k + 1), Shape::Line(points.clone())));
+        let ink = Ink::of_term(*k - 1);
+        panel.layers.push(Layer::new(ink, k.to_string(), Shape::Line(points.clone())));
         panel.layers.push(Layer::new(ink, "", Shape::Marks(points)));
     }
     panel.columns = columns(structure, modes);
@@ -98,7 +100,7 @@ fn columns(structure: &Structure, modes: &[(usize, &Mode)]) -> Vec<(String, Vec<
     let count = structure.sensors.len();
     let mut all = vec![("sensor".to_owned(), (1..=count).map(|s| s as f64).collect())];
     for (k, mode) in modes {
-        let head = |what: &str| format!("mode {} {what}", k + 1);
+        let head = |what: &str| format!("mode {k} {what}");
         all.push((head("shape"), mode.shape.clone()));
         all.push((head("std. error"), mode.shape_error.iter().map(|e| e.unwrap_or(f64::NAN)).collect()));
         all.push((head("phase (rad)"), mode.phase.clone()));
@@ -108,8 +110,7 @@ fn columns(structure: &Structure, modes: &[(usize, &Mode)]) -> Vec<(String, Vec<
 
 /// The modal assurance criterion of every pair of modes.
 fn assurances(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
-    let names: Vec<(f64, String)> =
-        modes.iter().enumerate().map(|(i, (k, _))| (i as f64, (k + 1).to_string())).collect();
+    let names: Vec<(f64, String)> = modes.iter().enumerate().map(|(i, (k, _))| (i as f64, k.to_string())).collect();
     let axis = || Axis::linear("mode", "", (-0.5, modes.len() as f64 - 0.5)).with_ticks(Ticks::Named(names.clone()));
     let mut panel = Panel::new("assurance", axis(), axis());
     panel.title = "modal assurance criterion".into();
@@ -120,13 +121,13 @@ fn assurances(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
     let edges: Vec<f64> = (0..=modes.len()).map(|i| i as f64 - 0.5).collect();
     let remark = |((i, j), value): ((usize, usize), &f64)| {
         let alike = if i != j && *value > ALIKE { ": these sensors hardly tell them apart" } else { "" };
-        format!("modes {} and {}{alike}", modes[i].0 + 1, modes[j].0 + 1)
+        format!("modes {} and {}{alike}", modes[i].0, modes[j].0)
     };
     let remarks = pairs().zip(&values).map(remark).collect();
     let ends = [0.0, 0.5, 1.0].map(|v| (v, plain(v, 1))).to_vec();
-    panel.columns = std::iter::once(("mode".to_owned(), modes.iter().map(|(k, _)| (k + 1) as f64).collect()))
+    panel.columns = std::iter::once(("mode".to_owned(), modes.iter().map(|(k, _)| *k as f64).collect()))
         .chain(modes.iter().enumerate().map(|(j, (k, _))| {
-            (format!("with mode {}", k + 1), (0..modes.len()).map(|i| values[i * modes.len() + j]).collect())
+            (format!("with mode {k}"), (0..modes.len()).map(|i| values[i * modes.len() + j]).collect())
         }))
         .collect();
     panel.layers.push(Layer::new(

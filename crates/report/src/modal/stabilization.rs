@@ -1,6 +1,6 @@
 //! The stabilization diagram.
 
-use super::{ModalSubject, modes_in_band};
+use super::{ModalSubject, modes_in_band, numbered_modes};
 use crate::figure::{Axis, Figure, Guide, Layer, LayerRole, Panel, Points, Shape, Ticks};
 use crate::palette::Ink;
 use sindyscope_modes::{ProposedPole, Stability};
@@ -41,10 +41,10 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Figure {
         let shape = if kind == Stability::New { Shape::Dots(points) } else { Shape::Marks(points) };
         panel.layers.push(Layer::new(ink, name, shape));
     }
-    panel.guides.extend(modes_in_band(analysis).map(|(k, mode)| Guide::At {
+    panel.guides.extend(numbered_modes(analysis).map(|(number, mode)| Guide::At {
         ink: Ink::Cursor,
         at: mode.frequency,
-        text: (k + 1).to_string(),
+        text: number.to_string(),
     }));
     panel.columns = columns(&stabilization.poles);
     let caption = "Stabilization diagram: poles of state spaces of growing order that stay as the order grows, over the largest \
