@@ -24,13 +24,13 @@ fn instrumented(folder: &Path) -> PathBuf {
     let noisy = Sensor::noisy(Noise::ShareOfRms(0.01));
     let accelerometer = |i: usize| {
         let quantity = MeasuredQuantity::Rate(3 + i);
-        MeasuredChannel::new(&format!("a{}", i + 1), ChannelRole::Acceleration(i), "m/s^2", quantity, noisy)
+        MeasuredChannel::new(format!("a{}", i + 1), ChannelRole::Acceleration(i), "m/s^2", quantity, noisy)
     };
     let force = MeasuredChannel::new("u", ChannelRole::Input(0), "N", MeasuredQuantity::Input(0), Sensor::PERFECT);
     let sampling = SampleTimes { start: 0.0, interval: 0.02, count: 1500 };
     let drives = (0..2_u64).map(|k| {
         let force = Excitation::multisine(40.0, (0.5, 10.0), 60, 11 + k);
-        RecordDrive::new(&format!("run {}", k + 1), vec![force], vec![0.0; 6], sampling)
+        RecordDrive::new(format!("run {}", k + 1), vec![force], vec![0.0; 6], sampling)
     });
     let sensors = Sensors::new((0..3).map(accelerometer).chain([force]));
     let setup = Setup { plant, drives: drives.collect(), sensors, seed: 3 };

@@ -99,14 +99,19 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
 /// Whether the force along one motion is what is measured, where there is one that may be.
 fn component(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let layout = context.data.layout(context.edit.settings.kind);
-    let moves = |c: &Channel| matches!(c.role, Role::Displacement(_) | Role::Velocity(_));
-    let measured = context.data.records.first().is_some_and(|r| r.measured().any(moves));
-    let possible =
-        context.of_files && measured && layout.kind == Kind::SecondOrder && layout.freedoms == 1 && layout.inputs > 0;
+    let first = context.data.records.first();
+    let moves = |c: &&Channel| matches!(c.role, Role::Displacement(_) | Role::Velocity(_));
+    let motion: Vec<&Channel> = first.iter().flat_map(|r| r.measured()).filter(moves).collect();
+    // An input in the unit of the motion is a base's, not a force.
+    let of_base = |c: &Channel| matches!(c.role, Role::Input(_)) && motion.iter().any(|m| m.unit == c.unit);
+    let force = layout.inputs > 0 && !first.is_some_and(|r| r.measured().any(of_base));
+    let moved = layout.kind == Kind::SecondOrder && layout.freedoms == 1 && !motion.is_empty();
+    let possible = context.of_files && force && moved;
     if !possible && !context.edit.component {
         return;
     }
-    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is                 looked for, and what that lacks. Of several inputs the force is the one whose name or unit says so";
+    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is \
+                looked for, and what that lacks. Of several inputs the force is the one whose name or unit says so";
     row(ui, "", "", |ui| {
         ui.checkbox(&mut context.edit.component, "component without a mass").on_hover_text(hint);
     });

@@ -60,9 +60,8 @@ impl App {
             WindowCommand::PlotPicture if room == Room::Rig => {
                 self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
-            WindowCommand::PlotPicture if !drawn => {}
+            WindowCommand::PlotPicture | WindowCommand::SaveReport if !drawn => {}
             WindowCommand::ExportModel if !outcome => {}
-            WindowCommand::SaveReport if !drawn => {}
             WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
