@@ -29,7 +29,7 @@ use super::saving::{SaveResult, SavedContent, Saving};
 use super::session::{self, Keeper};
 use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
-use super::{help, overlay, report, theme};
+use super::{help, modal, overlay, report, theme};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_modes::{BaseModel, ModalAnalysis};
@@ -67,7 +67,7 @@ struct Canvas {
     typing: Typing,
     cutter: Cutter,
     views: Plots,
-    modal: Plots,
+    modal: modal::ModalCanvas,
     structure: Figures,
     walk: missing::WalkCanvas,
     report: report::ReportCanvas,

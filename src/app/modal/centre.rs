@@ -13,6 +13,7 @@ use crate::app::state::ModalShown;
 use crate::app::theme;
 use crate::app::widgets::record_steps;
 use sindyscope_modes::{ModalAnalysis, Pole, Stability};
+use sindyscope_report::figure::Figure;
 use sindyscope_report::modal::{ModalOptions, ModalSubject, ModalView, modal_averages};
 use sindyscope_report::view::AVERAGES;
 use sindyscope_values::record::Usage;
@@ -40,6 +41,18 @@ pub(crate) enum ModalAct {
     Poles(Vec<Pole>),
 }
 
+/// What the drawing of the views remembers from frame to frame.
+#[derive(Default)]
+pub(crate) struct ModalCanvas {
+    plots: Plots,
+    /// Whether shapes are shown swinging.
+    swings: bool,
+}
+
+/// Seconds that a shape takes to swing once, and from one picture of it to the next.
+const SWING: f64 = 2.0;
+const NEXT_PICTURE: f32 = 0.04;
+
 /// The name of a view's plot in egui's memory.
 fn plot_id(view: ModalView, panel: &'static str) -> Id {
     Id::unique(("modal", view, panel))
@@ -51,7 +64,7 @@ pub(crate) fn show(
     room: &ModalRoom,
     shown: &mut ModalShown,
     (data, record, fitted): (&OpenRecords, usize, u64),
-    plots: &mut Plots,
+    canvas: &mut ModalCanvas,
 ) -> Option<ModalAct> {
     tabs(ui, &mut shown.view);
     let Some(analysis) = room.analysis() else {
@@ -63,7 +76,7 @@ pub(crate) fn show(
     ui.scope(|ui| {
         ui.visuals_mut().extreme_bg_color = palette::ground(ui.visuals().dark_mode);
         ui.spacing_mut().item_spacing.y = 2.0;
-        let asked = header(ui, analysis, (data, place), shown);
+        let asked = header(ui, analysis, (data, place), shown, &mut canvas.swings);
         let Some(drawn) = room.figures.shown(shown.view) else {
             legend::note(ui, "Computing the figure…");
             return asked;
@@ -75,6 +88,8 @@ pub(crate) fn show(
                 return asked;
             }
         };
+        let swung = swung(ui, analysis, shown, canvas.swings);
+        let figure = swung.as_ref().unwrap_or(figure);
         legend::reading(ui, shown.view.reading());
         let (view, name) = (shown.view, shown.view.label());
         let id = |panel: &'static str| plot_id(view, panel);
@@ -82,7 +97,7 @@ pub(crate) fn show(
         let mut look = Look::new(&id, of, name);
         look.hidden = Some(&mut shown.hidden);
         look.strength = if room.is_stale() { 0.55 } else { 1.0 };
-        let painted = painter::show(ui, plots, figure, &mut look);
+        let painted = painter::show(ui, &mut canvas.plots, figure, &mut look);
         let picked = (view == ModalView::Stabilization).then(|| picked(ui, analysis, &painted.shown)).flatten();
         let wish = painted.wish.map(|wish| match wish {
             Wish::Table(text) => ModalAct::SaveTable(text),
@@ -121,6 +136,7 @@ fn header(
     analysis: &Arc<ModalAnalysis>,
     (data, place): (&OpenRecords, usize),
     shown: &mut ModalShown,
+    swings: &mut bool,
 ) -> Option<ModalAct> {
     let mut asked = None;
     let size = vec2(ui.available_width(), HEIGHT);
@@ -163,10 +179,24 @@ fn header(
                 if shown.options.mode.is_some() && ui.button("Show all").clicked() {
                     shown.options.mode = None;
                 }
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.checkbox(swings, "swing").on_hover_text("Let the shapes swing, slowed down, each as fast as the others");
+                });
             }
         }
     });
     asked
+}
+
+/// The shapes as they swing, if they do; quick enough for every frame.
+fn swung(ui: &Ui, analysis: &ModalAnalysis, shown: &ModalShown, swings: bool) -> Option<Figure> {
+    if !swings || shown.view != ModalView::Shapes {
+        return None;
+    }
+    ui.ctx().request_repaint_after_secs(NEXT_PICTURE);
+    let angle = std::f64::consts::TAU * (ui.input(|i| i.time) / SWING).fract();
+    let options = ModalOptions { swing: Some(angle), ..shown.options.clone() };
+    shown.view.figure(&ModalSubject { analysis, record: 0, options: &options }).ok()
 }
 
 fn log_frequency(ui: &mut Ui, options: &mut ModalOptions) {

@@ -8,7 +8,7 @@ mod missing;
 mod proposal;
 mod room;
 
-pub(crate) use centre::{ModalAct, show, svg};
+pub(crate) use centre::{ModalAct, ModalCanvas, show, svg};
 pub(crate) use columns::{controls, findings};
 pub(crate) use missing::{missing_findings, missing_svg, show_missing};
 pub(crate) use proposal::reason_for_modes;

@@ -50,6 +50,9 @@ pub struct ModalOptions {
     pub averages: usize,
     /// Whether poles that stand for noise are shown.
     pub spurious: bool,
+    /// How far the shapes have swung, rad; none: as they are at their largest.
+    #[serde(skip)]
+    pub swing: Option<f64>,
 }
 
 /// What a figure is of.

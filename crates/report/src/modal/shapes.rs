@@ -26,8 +26,8 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
     let chosen = subject.options.mode.map(|k| structure.mode_number(k));
     let chosen = chosen.and_then(|number| modes.iter().find(|(n, _)| *n == number).copied());
     let shape = match chosen {
-        Some((k, mode)) => one(structure, k, mode),
-        None => all(structure, &modes),
+        Some((k, mode)) => one(structure, k, mode, subject.options.swing),
+        None => all(structure, &modes, subject.options.swing),
     };
     let mut figure = Figure {
         rows: vec![PanelRow::new(vec![shape, assurances(structure, &modes)], 1.0)],
@@ -59,7 +59,7 @@ fn blank(structure: &Structure, id: &'static str, title: String) -> Panel {
 }
 
 /// One mode, a bar for each sensor, with standard errors.
-fn one(structure: &Structure, number: usize, mode: &Mode) -> Panel {
+fn one(structure: &Structure, number: usize, mode: &Mode, swing: Option<f64>) -> Panel {
     let mut panel = blank(structure, "shape of one mode", format!("mode {}", mode_name(number, mode)));
     let bar = |(s, height): (usize, &f64)| {
         let at = (s + 1) as f64;
@@ -67,26 +67,34 @@ fn one(structure: &Structure, number: usize, mode: &Mode) -> Panel {
         let text = if phase.abs() < 1.0 { String::new() } else { format!("{}°", plain(phase, 0)) };
         PlotBar { from: at - HALF_BAR, to: at + HALF_BAR, height: *height, text, text_at: height.max(0.0) }
     };
-    let bars = mode.shape.iter().enumerate().map(bar).collect();
+    let bars = swung(mode, swing).iter().enumerate().map(bar).collect();
     panel.layers.push(Layer::new(Ink::of_term(number - 1), "", Shape::Bars { bars, hollow: false }));
     let error = |(s, error): (usize, &Option<f64>)| {
         let (value, error) = (mode.shape[s], (*error)?);
         Some([(s + 1) as f64, value - error, value + error])
     };
-    let errors = mode.shape_error.iter().enumerate().filter_map(error).collect();
-    panel.layers.push(Layer::new(Ink::Mean, "", Shape::Errors(errors)));
+    if swing.is_none() {
+        let errors = mode.shape_error.iter().enumerate().filter_map(error).collect();
+        panel.layers.push(Layer::new(Ink::Mean, "", Shape::Errors(errors)));
+    }
     panel.columns = columns(structure, &[(number, mode)]);
     panel
 }
 
+/// A shape when it has swung so far: sensors that are ahead of the others come first.
+fn swung(mode: &Mode, swing: Option<f64>) -> Vec<f64> {
+    let Some(angle) = swing else { return mode.shape.clone() };
+    mode.shape.iter().zip(&mode.phase).map(|(s, phase)| s * (angle + phase).cos()).collect()
+}
+
 /// All modes as lines over the sensors.
-fn all(structure: &Structure, modes: &[(usize, &Mode)]) -> Panel {
+fn all(structure: &Structure, modes: &[(usize, &Mode)], swing: Option<f64>) -> Panel {
     let drawn = modes.len().min(MOST_SHAPES);
     let title =
         if drawn < modes.len() { format!("the first {drawn} of {} modes", modes.len()) } else { "modes".into() };
     let mut panel = blank(structure, "shapes", title);
     for (k, mode) in &modes[..drawn] {
-        let points = Points::new(mode.shape.iter().enumerate().map(|(s, v)| [(s + 1) as f64, *v]));
+        let points = Points::new(swung(mode, swing).iter().enumerate().map(|(s, v)| [(s + 1) as f64, *v]));
         let ink = Ink::of_term(*k - 1);
         panel.layers.push(Layer::new(ink, k.to_string(), Shape::Line(points.clone())));
         panel.layers.push(Layer::new(ink, "", Shape::Marks(points)));

@@ -58,3 +58,21 @@ fn one_mode_alone_has_a_bar_for_each_sensor() {
     let heights: Vec<f64> = panel.columns[1].1.clone();
     assert!((heights[0] / heights[1] + 0.5 / 0.8).abs() < 0.01, "{heights:?}");
 }
+
+#[test]
+fn a_shape_that_has_swung_half_a_cycle_is_turned_over() {
+    let analysis = decays();
+    let first = |swing: Option<f64>| -> Vec<[f64; 2]> {
+        let options = ModalOptions { swing, ..ModalOptions::default() };
+        let figure =
+            ModalView::Shapes.figure(&ModalSubject { analysis: &analysis, record: 0, options: &options }).unwrap();
+        let layer = figure.panels().next().unwrap().layers[0].clone();
+        let crate::figure::Shape::Line(points) = layer.shape else { panic!("a line") };
+        points.points.to_vec()
+    };
+    for (still, turned) in first(Some(0.0)).iter().zip(first(Some(std::f64::consts::PI))) {
+        assert!((still[1] + turned[1]).abs() < 1e-12, "{still:?} {turned:?}");
+    }
+    // Nearly real shapes: as they are at their largest.
+    assert!((first(None)[1][1] - first(Some(0.0))[1][1]).abs() < 1e-3);
+}
