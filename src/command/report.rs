@@ -8,13 +8,13 @@ use super::failure::Failure;
 use super::identify;
 use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest};
-use super::source::typed;
+use super::source::{self, typed};
 use super::{CommandResult, component, json, modes, table};
 use sindyscope_analysis::json::{diagnosed, identified};
 use sindyscope_analysis::missing::MAX_EFFECTS;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
 use sindyscope_core::setting::Setting;
-use sindyscope_core::study::{Cancel, SETTINGS, Settings};
+use sindyscope_core::study::{Cancel, SETTINGS};
 use sindyscope_modes::{BASE, Base, BaseModel};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
@@ -30,6 +30,9 @@ pub(super) struct ReportOptions {
 /// What a report is asked for beside the study that it tells.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub(super) struct DocumentOptions {
+    // First: it looks at others, which are taken out as they are read.
+    #[command(flatten)]
+    pub(super) poles: PoleOptions,
     /// The document to write: .html (self-contained), .pdf (pages, fonts embedded) or .png, by the ending
     #[arg(long, value_name = "FILE")]
     pub(super) out: PathBuf,
@@ -40,8 +43,6 @@ pub(super) struct DocumentOptions {
     /// and damper]
     #[arg(long, value_name = "LIST", help_heading = "Missing effects")]
     pub(super) base: Option<ReportBase>,
-    #[command(flatten)]
-    pub(super) poles: PoleOptions,
     /// Most effects that it adds
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose", help_heading = "Missing effects")]
     pub(super) max_effects: u8,
@@ -268,9 +269,9 @@ fn of_modes(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
             .try_this("leave out --sections and --effects")
             .into());
     }
-    let settings = Settings::default();
-    let done = StudyRequest::done(request, &settings, &[]);
-    let command = StudyRequest { document: Some(document.clone()), ..done }.command("report", &settings);
+    let mut command = "sindyscope report".to_owned();
+    source::say(&request.source, &mut command);
+    document.say(&mut command);
     let title = document.title.clone().unwrap_or_else(|| title(&request.source.data));
     let shape =
         modes::ReportShape { title: &title, command: &command, paper: document.paper.into(), out: &document.out };
