@@ -636,6 +636,30 @@ fn reports_tell_the_walk_where_asked() {
 }
 
 #[test]
+fn a_report_of_modes_says_the_command_that_makes_it_again() {
+    let here = folder();
+    // A mast after a blow, at 1.5 and 4 Hz, seen by two accelerometers.
+    let mut table = String::from("t [s],a1 [m/s^2],a2 [m/s^2]\n");
+    for k in 0..1200 {
+        let t = 0.02 * f64::from(k);
+        let wave = |damping: f64, frequency: f64| (-damping * t).exp() * (std::f64::consts::TAU * frequency * t).cos();
+        let (slow, fast) = (wave(0.1, 1.5), wave(0.3, 4.0));
+        table += &format!("{t},{},{}\n", slow + 0.5 * fast, slow - 0.8 * fast);
+    }
+    std::fs::write(here.path().join("mast.csv"), table).expect("a file");
+    done(here.path(), &["report", "mast.csv", "--base", "modes", "--modes", "2", "--out", "mast.html"]);
+    let page = std::fs::read_to_string(here.path().join("mast.html")).expect("a page");
+    for part in ["Stabilization diagram", "damping ratio (%)", "report mast.csv --out mast.html --base modes --modes 2"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    let poles = ["report", "mast.csv", "--base", "modes", "--poles", "1.5:0.01,4:0.01", "--out", "mast.pdf"];
+    done(here.path(), &poles);
+    refused(here.path(), &["report", "mast.csv", "--modes", "2", "--out", "a.html"], 2);
+    refused(here.path(), &["report", "mast.csv", "--base", "modes", "--poles", "1.5", "--out", "a.html"], 2);
+}
+
+#[test]
 #[ignore = "takes a minute where tests are not optimised; run with --profile study"]
 fn the_friction_rig_rubs_on_the_ground() {
     let Some(data) = measurements::folder() else { return };

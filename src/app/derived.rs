@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use super::columns::Columns;
+use super::component::ComponentRoom;
 use super::history::History;
 use super::jobs::Key;
 use super::lessons::Teacher;
 use super::missing::Missing;
+use super::modal::ModalRoom;
 use super::notices::Notices;
 use super::open::Refused;
 use super::questions::Questions;
@@ -29,6 +31,8 @@ pub(crate) struct Derived {
     /// What undo takes back.
     pub(crate) history: History<Edit>,
     pub(crate) missing: Missing,
+    pub(crate) modal: ModalRoom,
+    pub(crate) component: ComponentRoom,
     pub(crate) report: ReportRoom,
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
@@ -58,6 +62,8 @@ impl Derived {
             refused: None,
             history: History::new(edit.clone()),
             missing: Missing::default(),
+            modal: ModalRoom::default(),
+            component: ComponentRoom::default(),
             report: ReportRoom::default(),
             rig: RigRoom::default(),
             teacher: Teacher::default(),

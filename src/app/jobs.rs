@@ -5,26 +5,33 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
 use sindyscope_analysis::effects;
+use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
 use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
     Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
     StudyError, calibrate, choose, settings_grid,
 };
 use sindyscope_files::{Overview, ReadOptions};
+use sindyscope_modes::{Base, ModalAnalysis, ModesError, StructureDiagnosis, analyse};
 use sindyscope_report::document::{Pixels, Section};
+use sindyscope_report::modal::ModalView;
 use sindyscope_rig::RigSettings;
 use sindyscope_values::record::{RecordSet, Usage};
 
 use super::columns::{self, Preview};
 use super::disk;
 use super::missing::work::{self as search, CachedSearch};
+use super::modal::ModalFigureRequest;
 use super::open::{self, Opened, Opening, Refused};
 use super::problem::OpeningProblem;
 use super::purpose::Purpose;
 use super::questions::{self, Bought, Reply};
 pub(crate) use super::queue::JobUpdate;
 use super::queue::{JobReport, Queue, Work};
+use super::remedy;
 use super::report::{self, Content};
 use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
@@ -50,6 +57,14 @@ pub(crate) enum Key {
     Calibrate,
     /// The study of the settings as they stand.
     Fit,
+    /// The modes of a structure.
+    Modes,
+    /// The force of a component.
+    Component,
+    /// The search for what a component's force lacks.
+    ComponentSearch,
+    /// The search for the force that a structure's modes lack.
+    ModalSearch,
     /// The study on resampled data.
     Resample,
     /// The studies that were pinned.
@@ -76,6 +91,8 @@ pub(crate) enum Key {
     Effects,
     /// The figure of a view.
     Figure(View),
+    /// A figure of a structure's modes.
+    ModalFigure(ModalView),
     /// Bringing back what the session's file holds.
     Restore,
     /// The session's file.
@@ -97,6 +114,14 @@ pub(crate) enum Job {
     Calibrate { records: RecordSet, settings: Settings, step: usize, sought: Calibration },
     /// Study records.
     Fit { records: RecordSet, settings: Settings },
+    /// Identify the force of a component.
+    Component { records: RecordSet, source: RecordSource },
+    /// Look for what the force of a component lacks.
+    ComponentSearch { records: RecordSet, source: RecordSource },
+    /// Identify the modes of a structure.
+    Modes { records: RecordSet, base: Base },
+    /// Look for the force that so many modes lack, or as many as the data bear.
+    ModalSearch { records: RecordSet, modes: Option<usize> },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
@@ -123,6 +148,8 @@ pub(crate) enum Job {
     Effects(PathBuf),
     /// Make the figure of a view that takes longer than a frame.
     Figure(Box<FigureRequest>),
+    /// Make a figure of a structure's modes.
+    ModalFigure(Box<ModalFigureRequest>),
     /// Read the session's file, and open files in it if there are any.
     Restore { session: PathBuf, files: Vec<PathBuf> },
     /// Write the session's file.
@@ -182,6 +209,14 @@ pub(crate) enum Done {
     Calibrated { step: usize, found: Calibrated },
     /// The outcome of a study.
     Fitted(Arc<Outcome>),
+    /// The force of a component.
+    Component(Arc<ComponentAnalysis>),
+    /// What the force of a component lacks.
+    ComponentSearched(Arc<DiagnosedComponent>),
+    /// The modes of a structure.
+    Modes(Arc<ModalAnalysis>),
+    /// What a structure's modes lack.
+    ModalSearched(Arc<StructureDiagnosis>),
     /// How sure the terms are.
     Resampled(Ensemble),
     /// Each pin's outcome, if it could be made.
@@ -258,6 +293,21 @@ impl Work for Job {
             Self::Fit { records, settings } => {
                 Done::Fitted(Arc::new(memory.study.run(&records, &settings, cancel).map_err(sentence)?))
             }
+            Self::Component { records, source } => {
+                let request = AnalysisRequest { source, ..AnalysisRequest::default() };
+                Done::Component(Arc::new(identify_component(&request, &records, cancel).map_err(sentence)?))
+            }
+            Self::ComponentSearch { records, source } => {
+                let request = MissingRequest { max_effects: MAX_EFFECTS, ..MissingRequest::default() };
+                let found = diagnose_component(&source, &request, &records, &stage, cancel).map_err(sentence)?;
+                Done::ComponentSearched(Arc::new(found))
+            }
+            Self::Modes { records, base } => {
+                Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
+            }
+            Self::ModalSearch { records, modes } => Done::ModalSearched(Arc::new(
+                sindyscope_modes::diagnose(&records, modes, &stage, cancel).map_err(modal_sentence)?,
+            )),
             Self::Resample { records, settings } => {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }
@@ -297,6 +347,10 @@ impl Work for Job {
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
             Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
             Self::Effects(path) => Done::Effects(effects::text_of_file(&path).map_err(sentence)?),
+            Self::ModalFigure(request) => {
+                request.make();
+                Done::Nothing
+            }
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing
@@ -312,6 +366,12 @@ impl Work for Job {
             Self::Save(saving) => Done::Saved(saving.run()?),
         })
     }
+}
+
+/// Why there are no modes, with what to try.
+fn modal_sentence(error: ModesError) -> String {
+    let remedies = error.remedies();
+    if remedies.is_empty() { error.to_string() } else { format!("{error}: {}", remedy::worded(&remedies)) }
 }
 
 fn sentence(error: impl std::fmt::Display) -> String {

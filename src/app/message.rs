@@ -13,8 +13,9 @@ use super::figure_panel::FigureLook;
 use super::lessons;
 use super::missing;
 use super::rig;
-use super::state::{Edit, RigState, Source, ViewState, WalkView};
+use super::state::{Edit, ModalShown, RigState, Source, ViewState, WalkView};
 use sindyscope_core::prepare::Preparation;
+use sindyscope_report::component::ComponentView;
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Kind;
 
@@ -65,6 +66,14 @@ pub(crate) enum Message {
     Return(usize),
     /// Show what was found like this.
     Views(Box<ViewState>),
+    /// Show a structure's modes like this.
+    Modal(Box<ModalShown>),
+    /// Show a component's force like this.
+    Component(ComponentView),
+    /// Look for what a component's force lacks, or stop looking.
+    ComponentSearch(bool),
+    /// Look for the force that a structure's modes lack, or stop looking.
+    ModalSearch(bool),
     /// Do something in "What's missing".
     Walk(missing::WalkAct),
     /// Show something else in "What's missing".
@@ -105,6 +114,7 @@ impl Message {
             (self, before),
             (Self::Edit(_), Self::Edit(_))
                 | (Self::Views(_), Self::Views(_))
+                | (Self::Modal(_), Self::Modal(_))
                 | (Self::WalkView(_), Self::WalkView(_))
                 | (Self::Rig(_), Self::Rig(_))
                 | (Self::Figure(_), Self::Figure(_))

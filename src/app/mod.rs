@@ -2,9 +2,11 @@
 //! asks for background work ([`jobs`], on one [`queue`]); what that finds ([`derived`]) is drawn beside the state, one file a
 //! panel, one file a view. The window holds no numerics.
 
+mod answer;
 mod columns;
 mod command_palette;
 mod commands;
+mod component;
 mod cutter;
 mod derived;
 mod dialogs;
@@ -17,6 +19,7 @@ mod lessons;
 mod log;
 mod message;
 pub(crate) mod missing;
+mod modal;
 mod moved;
 mod notices;
 mod open;

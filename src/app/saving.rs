@@ -112,7 +112,7 @@ impl Saving {
                 vec![path]
             }
             SavedContent::Report(content) => {
-                content.report().write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
+                content.write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
                 vec![path]
             }
             SavedContent::RigRecords(made) => save::rig(path, &made)?,

@@ -13,6 +13,8 @@ const SOON: f32 = 0.15;
 /// What the line shows.
 pub(crate) struct Status<'a> {
     pub(crate) data: &'a OpenRecords,
+    /// What is said in place of how long the study took.
+    pub(crate) said: Option<String>,
     pub(crate) fitting: Option<JobProgress>,
     pub(crate) other: Option<JobProgress>,
     pub(crate) opening: bool,
@@ -42,6 +44,9 @@ pub(crate) fn show(ui: &mut Ui, status: &mut Status<'_>) -> Option<StatusAct> {
                 _ if let Some(job) = long.filter(|job| job.stage.is_some()) => {
                     let (stage, far) = (job.stage.unwrap_or_default(), job.words());
                     ui.label(if far.is_empty() { stage.to_owned() } else { format!("{stage}: {far}") });
+                }
+                _ if let Some(said) = &status.said => {
+                    ui.label(RichText::new(said).weak());
                 }
                 (Some(failure), _) => {
                     ui.add(egui::Label::new(RichText::new(failure).color(colors.wrong)).truncate());

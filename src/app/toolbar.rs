@@ -20,6 +20,10 @@ const SIGNS: f32 = 200.0;
 pub(crate) struct Toolbar<'a> {
     pub(crate) state: &'a State,
     pub(crate) data: &'a OpenRecords,
+    /// Whether there is something that a picture or a report can show.
+    pub(crate) drawn: bool,
+    /// Whether there are equations to export.
+    pub(crate) exported: bool,
     pub(crate) can_undo: bool,
     pub(crate) can_redo: bool,
     pub(crate) opening: bool,
@@ -71,7 +75,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
                 button(ui, "⟳", WindowCommand::Redo, bar.can_redo);
                 ui.add_space(8.0);
                 button(ui, "🔍", WindowCommand::Palette, true);
-                button(ui, "📷", WindowCommand::PlotPicture, bar.data.outcome.is_some());
+                button(ui, "📷", WindowCommand::PlotPicture, bar.drawn);
                 button(ui, if dark { "☀" } else { "🌙" }, WindowCommand::Theme, true);
                 button(ui, "?", WindowCommand::Help, true);
             });
@@ -131,9 +135,9 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     ui.separator();
     entry(ui, WindowCommand::SaveProject, open);
     entry(ui, WindowCommand::SaveProjectAs, open);
-    entry(ui, WindowCommand::ExportModel, bar.data.outcome.is_some());
-    entry(ui, WindowCommand::SaveReport, bar.data.outcome.is_some());
-    entry(ui, WindowCommand::PlotPicture, bar.data.outcome.is_some());
+    entry(ui, WindowCommand::ExportModel, bar.exported);
+    entry(ui, WindowCommand::SaveReport, bar.drawn);
+    entry(ui, WindowCommand::PlotPicture, bar.drawn);
     entry(ui, WindowCommand::WindowPicture, true);
     ui.separator();
     entry(ui, WindowCommand::Reset, open);

@@ -29,8 +29,10 @@ use super::saving::{SaveResult, SavedContent, Saving};
 use super::session::{self, Keeper};
 use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
-use super::{help, overlay, report, theme};
+use super::{help, modal, overlay, report, theme};
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::{Outcome, Settings};
+use sindyscope_modes::{BaseModel, ModalAnalysis};
 use sindyscope_search::{Diagnosis, Stage};
 use sindyscope_values::record::RecordSet;
 
@@ -65,6 +67,8 @@ struct Canvas {
     typing: Typing,
     cutter: Cutter,
     views: Plots,
+    modal: modal::ModalCanvas,
+    structure: Figures,
     walk: missing::WalkCanvas,
     report: report::ReportCanvas,
     rig: Figures,
@@ -142,7 +146,8 @@ impl App {
 
     /// True while something is read, computed or drawn in the background.
     pub fn busy(&self) -> bool {
-        self.program.busy() || self.program.derived.figures.busy()
+        let derived = &self.program.derived;
+        self.program.busy() || derived.figures.busy() || derived.modal.figures.busy()
     }
 
     /// What survives a restart.
@@ -173,6 +178,42 @@ impl App {
     /// What the last study found.
     pub fn outcome(&self) -> Option<&Arc<Outcome>> {
         self.program.derived.records.outcome.as_ref()
+    }
+
+    /// The modes that were found, where these are the base.
+    pub fn modes(&self) -> Option<&Arc<ModalAnalysis>> {
+        let modal = &self.program.derived.modal;
+        modal.analysis().filter(|_| self.by_modes() && !modal.is_stale())
+    }
+
+    /// The force of the component that is measured, once it was identified.
+    pub fn component(&self) -> Option<&Arc<ComponentAnalysis>> {
+        self.program.derived.component.fit.found().filter(|_| self.of_component())
+    }
+
+    /// What the force of the component lacks, once that was looked for.
+    pub fn component_diagnosis(&self) -> Option<&Arc<DiagnosedComponent>> {
+        self.program.derived.component.search.found().filter(|_| self.of_component())
+    }
+
+    /// True if the base are modes.
+    fn by_modes(&self) -> bool {
+        !self.of_component() && self.program.state.document.edit.base.model == BaseModel::Modes
+    }
+
+    /// True if the force of a component is looked for.
+    fn of_component(&self) -> bool {
+        self.program.state.document.edit.component
+    }
+
+    /// True if there is something that a picture can show.
+    fn has_figure(&self) -> bool {
+        let derived = &self.program.derived;
+        match (self.of_component(), self.by_modes()) {
+            (true, _) => derived.component.fit.found().is_some(),
+            (_, true) => derived.modal.analysis().is_some(),
+            _ => self.outcome().is_some(),
+        }
     }
 
     /// What was added in "What's missing".

@@ -8,12 +8,13 @@ use super::progress::ProgressLine;
 use super::{CommandResult, json};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
 use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
-use sindyscope_component::{AddedEffect, ComponentDiagnosis, ComponentModel, Specimen};
+use sindyscope_component::{ComponentModel, Specimen};
 use sindyscope_core::study::{Cancel, Score};
+use sindyscope_report::component::{effect_lines, error_share, verdict};
 use sindyscope_report::document::{ComponentReport, Paper};
 use sindyscope_report::export::ExportFormat;
 use sindyscope_values::format::equations;
-use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::Symbol;
@@ -137,9 +138,9 @@ fn errors(model: &ComponentModel, specimen: &Specimen) -> String {
 
 fn diagnosed(diagnosis: &DiagnosedComponent) -> String {
     let found = &diagnosis.found;
-    let mut out = format!("Spring and damper alone: NRMSE {} %.\n{}\n", percent(&found.base), verdict(found));
+    let mut out = format!("Spring and damper alone: NRMSE {} %.\n{}\n", error_share(&found.base), verdict(found));
     for step in &found.steps {
-        out.push_str(&told(step).join("\n  "));
+        out.push_str(&effect_lines(step).join("\n  "));
         out.push('\n');
     }
     let _ = writeln!(out, "Remaining: {}.\n", diagnosis.remaining());
@@ -147,45 +148,6 @@ fn diagnosed(diagnosis: &DiagnosedComponent) -> String {
     out.push('\n');
     out.push_str(&errors(found.last(), &diagnosis.specimen));
     out
-}
-
-/// An effect that was added, in lines: what it is, its values, why it stands, what it cannot be told from.
-fn told(step: &AddedEffect) -> Vec<String> {
-    let form = if step.form.is_empty() { String::new() } else { format!(" ({})", step.form) };
-    let terms: Vec<String> = step.terms.iter().map(|t| t.summary(&step.model.layout)).collect();
-    let mut lines =
-        vec![format!("{}{form}: {}; NRMSE {} % with it.", step.title, terms.join(", "), percent(&step.model))];
-    for p in &step.parameters {
-        let unit = if p.unit == "1" { "" } else { &p.unit };
-        lines.push(format!("{} = {} {unit}", p.name, format_measured(p.value, p.std_error)).trim_end().to_owned());
-    }
-    let lead = &step.lead;
-    let against = if lead.against == "nothing" { "the model without it" } else { &lead.against };
-    lines.push(format!(
-        "It leads {against} by {} in log predictive density on {} of {} blocks never fitted.",
-        significant(lead.difference, 3),
-        lead.won,
-        lead.blocks
-    ));
-    lines.extend(step.rivals.iter().map(|rival| format!("These data do not tell it from: {}.", rival.title)));
-    lines
-}
-
-/// Error on what was held out, else on what was fitted, in percent of the force.
-fn percent(model: &ComponentModel) -> String {
-    let score = model.score(Usage::HeldOut).or_else(|| model.score(Usage::Fit));
-    significant(100.0 * score.map_or(f64::NAN, |s| s.nrmse), 3)
-}
-
-/// The verdict in a sentence.
-fn verdict(found: &ComponentDiagnosis) -> &'static str {
-    match found.verdict() {
-        "nothing_missing" => "Nothing is missing: spring, damper and inputs explain the force.",
-        "unexplained" if found.steps.is_empty() => "Something is missing, and no effect of those tried explains it.",
-        "unexplained" => "The best of those tried; what is left is more than the noise:",
-        "ambiguous" => "Missing, and not told from others:",
-        _ => "Missing:",
-    }
 }
 
 /// Writes a document about a component's force, with what it lacks if that is asked for.
@@ -212,8 +174,8 @@ pub(super) fn report(
             let mut lines = vec![verdict(found).to_owned()];
             for step in &found.steps {
                 let (values, sentences): (Vec<String>, Vec<String>) =
-                    told(step).into_iter().skip(1).partition(|line| !line.ends_with('.'));
-                lines.push(told(step).swap_remove(0));
+                    effect_lines(step).into_iter().skip(1).partition(|line| !line.ends_with('.'));
+                lines.push(effect_lines(step).swap_remove(0));
                 lines.push(format!("{}. {}", values.join(", "), sentences.join(" ")));
             }
             lines.push(format!("Remaining: {}.", diagnosis.remaining()));

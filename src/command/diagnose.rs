@@ -105,7 +105,7 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
                 .try_this("leave it out, or leave out --base modes")
                 .into());
         }
-        return modes::diagnose(source, options.base, options.json.as_deref(), progress);
+        return modes::diagnose(source, &options.base, options.json.as_deref(), progress);
     }
     let effects = options.effects.as_deref().map(effects::of_file).transpose()?.unwrap_or_default();
     let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;

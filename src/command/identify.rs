@@ -57,7 +57,7 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
                 .into());
         }
         let source = &options.study.request.source;
-        return modes::identify(source, options.base, options.study.json.as_deref(), progress);
+        return modes::identify(source, &options.base, options.study.json.as_deref(), progress);
     }
     if options.study.request.source.reading.kind == KindName::Component {
         return component::identify(&options.study.request, &options.export, options.study.json.as_deref(), progress);

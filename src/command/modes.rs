@@ -12,20 +12,20 @@ use sindyscope_analysis::RecordSource;
 use sindyscope_analysis::json::{VERSION, evidence, lasting, lasting_gap, mode, of_channel};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
-use sindyscope_modes::{
-    BASE, Base, BaseModel, Effect, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis,
-};
+use sindyscope_modes::{BASE, Base, BaseModel, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis};
+use sindyscope_report::document::{ModesReport, Paper};
+use sindyscope_report::modal::{diagnosis_lines, force_term, remaining};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// Which base model is asked for.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct BaseOptions(pub(super) Base);
 
 impl BaseOptions {
     /// True if the base are modes.
-    pub(super) fn is_modes(self) -> bool {
+    pub(super) fn is_modes(&self) -> bool {
         self.0.model == BaseModel::Modes
     }
 }
@@ -44,8 +44,13 @@ impl FromArgMatches for BaseOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut base = Base::default();
         table::given(matches, BASE).apply(&mut base).map_err(table::unfit)?;
-        if base.modes.is_some() && base.model != BaseModel::Modes {
-            return Err(table::unfit("--modes needs --base modes".into()));
+        for (given, option) in [(base.modes.is_some(), "--modes"), (!base.poles.is_empty(), "--poles")] {
+            if given && base.model != BaseModel::Modes {
+                return Err(table::unfit(format!("{option} needs --base modes")));
+            }
+        }
+        if base.modes.is_some() && !base.poles.is_empty() {
+            return Err(table::unfit("--poles says the number of modes too: leave --modes out".into()));
         }
         Ok(Self(base))
     }
@@ -55,10 +60,50 @@ impl FromArgMatches for BaseOptions {
     }
 }
 
+/// What a document about modes is, beside what it tells.
+pub(super) struct ReportShape<'a> {
+    pub(super) title: &'a str,
+    /// The command that makes it again.
+    pub(super) command: &'a str,
+    pub(super) paper: Paper,
+    pub(super) out: &'a Path,
+}
+
+/// Writes a document about a structure's modes, with what they lack if that is asked for.
+pub(super) fn report(
+    source: &RecordSource,
+    base: &Base,
+    diagnose: bool,
+    shape: &ReportShape<'_>,
+    json: Option<&Path>,
+    progress: &ProgressLine,
+) -> CommandResult {
+    progress.stage("reading");
+    let records = source.read()?;
+    let tell = |what: &'static str, share: f64| progress.share(what, share);
+    let watch = Stopwatch::start();
+    let analysis = sindyscope_modes::analyse(&records, base, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let fit = watch.milliseconds();
+    let modes = if base.poles.is_empty() { base.modes } else { Some(base.poles.len()) };
+    let search = || sindyscope_modes::diagnose(&records, modes, &tell, &Cancel::default()).map_err(Failure::from);
+    let diagnosis = diagnose.then(search).transpose()?;
+    progress.stage("drawing");
+    let &ReportShape { title, command, paper, out } = shape;
+    let (analysis, diagnosis) = (&analysis, diagnosis.as_ref());
+    let report = ModesReport { title, analysis, diagnosis, command: Some(command), paper };
+    report.write(out).map_err(Failure::from)?;
+    let mut result = identified(&analysis.structure, &records, fit);
+    if let Some(diagnosis) = diagnosis {
+        result["diagnosis"] = diagnosed(diagnosis, &records, watch.milliseconds());
+    }
+    let json = json::write(json, &result)?;
+    Ok(json.unwrap_or_else(|| format!("wrote {}\n", out.display()).into_bytes()))
+}
+
 /// Identifies a structure and prints it.
 pub(super) fn identify(
     source: &RecordSource,
-    base: BaseOptions,
+    base: &BaseOptions,
     json: Option<&Path>,
     progress: &ProgressLine,
 ) -> CommandResult {
@@ -66,7 +111,13 @@ pub(super) fn identify(
     let records = source.read()?;
     progress.stage("looking for modes");
     let watch = Stopwatch::start();
-    let found = sindyscope_modes::identify(&records, base.0.modes, &Cancel::default()).map_err(Failure::from)?;
+    let cancel = Cancel::default();
+    let found = if base.0.poles.is_empty() {
+        sindyscope_modes::identify(&records, base.0.modes, &cancel)
+    } else {
+        sindyscope_modes::analyse(&records, &base.0, &|_, _| {}, &cancel).map(|analysis| analysis.structure)
+    };
+    let found = found.map_err(Failure::from)?;
     let fit = watch.milliseconds();
     if let Some(json) = json::write(json, &identified(&found, &records, fit))? {
         return Ok(json);
@@ -173,7 +224,7 @@ pub(super) fn text(found: &Structure) -> String {
     let mut out = String::from("Mode  Frequency [Hz]        Damping ratio [%]     Shape");
     let names: Vec<&str> = found.sensors.iter().map(|s| s.name.as_str()).collect();
     out.push_str(&format!(" ({})\n", names.join(", ")));
-    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).enumerate().filter(|(_, (_, inside))| **inside) {
+    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).filter(|(_, inside)| **inside).enumerate() {
         let frequency = format_measured(mode.frequency, mode.frequency_error);
         let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
         let entry = |s: usize| {
@@ -211,10 +262,15 @@ pub(super) fn text(found: &Structure) -> String {
 /// Searches for the force that a structure lacks and prints what was found.
 pub(super) fn diagnose(
     source: &RecordSource,
-    base: BaseOptions,
+    base: &BaseOptions,
     json: Option<&Path>,
     progress: &ProgressLine,
 ) -> CommandResult {
+    if !base.0.poles.is_empty() {
+        return Err(Failure::new("a search chooses its poles itself")
+            .try_this("leave --poles out, or give --modes")
+            .into());
+    }
     progress.stage("reading");
     let records = source.read()?;
     let watch = Stopwatch::start();
@@ -230,7 +286,7 @@ pub(super) fn diagnose(
 /// The result of `diagnose --base modes`.
 fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> Value {
     let forces = found.found.as_ref().map_or_else(Vec::new, |f| {
-        let text = term(f.effect, f.site, found);
+        let text = force_term(f.effect, f.site, &found.last.sensors);
         f.drives.iter().map(|d| vec![(text.clone(), *d)]).collect()
     });
     json!({
@@ -256,32 +312,13 @@ fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) -> V
     })
 }
 
-/// A force as a term of the equations, by the names of its sensors.
-fn term(effect: Effect, site: Site, found: &StructureDiagnosis) -> String {
-    let sensors = &found.last.sensors;
-    let several = sensors.iter().any(|s| s.place() > 0);
-    let symbol =
-        |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
-    let across = |letter: &str| match site {
-        Site::Ground(i) => symbol(letter, i),
-        Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
-    };
-    match effect {
-        Effect::CubicStiffness => format!("{}^3", across("x")),
-        Effect::CoulombFriction => format!("sgn({})", across("v").trim_matches(['(', ')'])),
-        Effect::Clearance => format!("clearance({})", across("x").trim_matches(['(', ')'])),
-        Effect::QuadraticDamping => format!("{v}*abs({v})", v = across("v")),
-        Effect::QuadraticStiffness => format!("{}^2", across("x")),
-    }
-}
-
 fn gap(found: &Structure) -> Value {
     let longest = found.records.iter().map(|r| r.samples as f64 * r.interval).fold(0.0, f64::max);
     lasting_gap([Usage::Fit, Usage::HeldOut].map(|usage| found.score(0, usage)), longest)
 }
 
 fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {
-    let text = term(force.effect, force.site, found);
+    let text = force_term(force.effect, force.site, &found.last.sensors);
     let at = |site: Site| site.to_string();
     let mut indistinguishable: Vec<&str> = force.rivals.iter().map(|(e, _)| e.name()).collect();
     indistinguishable.sort_unstable();
@@ -310,54 +347,13 @@ fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {
     })
 }
 
-fn remaining(found: &StructureDiagnosis) -> String {
-    let noises = significant(found.noises, 3);
-    if found.explained {
-        format!("what is left on data never fitted is {noises} times the noise")
-    } else {
-        format!(
-            "what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion"
-        )
-    }
-}
-
 /// The search as text.
 fn told(found: &StructureDiagnosis) -> String {
     let mut out = String::new();
-    let error = |s: &Structure| s.score(0, Usage::HeldOut).or_else(|| s.score(0, Usage::Fit));
-    if let Some(score) = error(&found.base) {
-        out.push_str(&format!(
-            "Linear modes alone: NRMSE {} % of {}.\n",
-            significant(100.0 * score.nrmse, 3),
-            found.base.sensors[0].name
-        ));
-    }
-    match &found.found {
-        None if found.verdict() == "nothing_missing" => {
-            out.push_str("Nothing is missing: the linear model explains the data.\n");
-        }
-        None => out.push_str("Something is missing, and no force of those tried explains it.\n"),
-        Some(f) => {
-            let site = f.site.to_string();
-            out.push_str(&format!("{} at {site}: {}", f.effect.title(), term(f.effect, f.site, found)));
-            if let Some(score) = error(&found.last) {
-                out.push_str(&format!(", NRMSE {} % with it", significant(100.0 * score.nrmse, 3)));
-            }
-            out.push_str(".\n");
-            for p in &f.parameters {
-                out.push_str(&format!("  {} = {} {}\n", p.name, format_measured(p.value, p.std_error), p.unit));
-            }
-            out.push_str(&format!(
-                "  It leads {} by {} in log predictive density on {} of {} blocks never fitted.\n",
-                f.lead.against,
-                significant(f.lead.difference, 3),
-                f.lead.won,
-                f.lead.blocks
-            ));
-            for (effect, site) in &f.rivals {
-                out.push_str(&format!("  These data do not tell it from: {} at {site}.\n", effect.title()));
-            }
-        }
+    for (k, line) in diagnosis_lines(found).iter().enumerate() {
+        // What belongs to the force stands beneath it.
+        let indent = if found.found.is_some() && k > 1 { "  " } else { "" };
+        out.push_str(&format!("{indent}{line}\n"));
     }
     out.push_str(&format!("Remaining: {}.\n\nModes of the linear part:\n", remaining(found)));
     out.push_str(&text(&found.last));

@@ -2,18 +2,20 @@
 use std::path::Path;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
 use super::failure::Failure;
 use super::identify;
 use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest};
-use super::source::typed;
-use super::{CommandResult, component, json, table};
+use super::source::{self, typed};
+use super::{CommandResult, component, json, modes, table};
 use sindyscope_analysis::json::{diagnosed, identified};
 use sindyscope_analysis::missing::MAX_EFFECTS;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
-use sindyscope_core::study::Cancel;
+use sindyscope_core::setting::Setting;
+use sindyscope_core::study::{Cancel, SETTINGS};
+use sindyscope_modes::{BASE, Base, BaseModel};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 
 /// Options of `report`.
@@ -28,15 +30,19 @@ pub(super) struct ReportOptions {
 /// What a report is asked for beside the study that it tells.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub(super) struct DocumentOptions {
+    // First: it looks at others, which are taken out as they are read.
+    #[command(flatten)]
+    pub(super) poles: PoleOptions,
     /// The document to write: .html (self-contained), .pdf (pages, fonts embedded) or .png, by the ending
     #[arg(long, value_name = "FILE")]
     pub(super) out: PathBuf,
     /// Search for missing effects too, as `diagnose` does, and write the walk into the document
     #[arg(long, help_heading = "Missing effects")]
     pub(super) diagnose: bool,
-    /// Terms of the base model of that search [default: a linear spring and damper]
-    #[arg(long, value_name = "LIST", requires = "diagnose", help_heading = "Missing effects")]
-    pub(super) base: Option<Terms>,
+    /// `modes`: the report is of a structure's modes; else the terms of the base model of that search [default: a linear spring
+    /// and damper]
+    #[arg(long, value_name = "LIST", help_heading = "Missing effects")]
+    pub(super) base: Option<ReportBase>,
     /// Most effects that it adds
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose", help_heading = "Missing effects")]
     pub(super) max_effects: u8,
@@ -52,6 +58,62 @@ pub(super) struct DocumentOptions {
     /// The paper of a PDF
     #[arg(long, value_enum, value_name = "SIZE", default_value_t, help_heading = "Output")]
     pub(super) paper: PaperName,
+}
+
+/// How many modes, or from which poles: for a command whose option `--base` says more than the base model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PoleOptions(pub(super) Base);
+
+/// The settings of the base model without the one that says which it is.
+fn pole_settings() -> &'static [Setting<Base>] {
+    BASE.get(1..).unwrap_or_default()
+}
+
+impl Args for PoleOptions {
+    fn augment_args(command: Command) -> Command {
+        table::with_options(command, pole_settings())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for PoleOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut base = Base::default();
+        table::given(matches, pole_settings()).apply(&mut base).map_err(table::unfit)?;
+        match matches.get_one("base") {
+            Some(ReportBase::Terms(_)) if !matches.get_flag("diagnose") => Err(table::unfit(
+                "--base with terms is the base of the search for missing effects: give --diagnose too".into(),
+            )),
+            Some(ReportBase::Terms(_)) | None if base != Base::default() => {
+                Err(table::unfit("--modes and --poles need --base modes".into()))
+            }
+            _ => Ok(Self(base)),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        Self::from_arg_matches(matches).map(|new| *self = new)
+    }
+}
+
+/// What a report's equations are made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ReportBase {
+    /// Modes.
+    Modes,
+    /// The terms from which the search for missing effects starts.
+    Terms(Terms),
+}
+
+impl std::str::FromStr for ReportBase {
+    type Err = <Terms as std::str::FromStr>::Err;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text.trim() == "modes" { Ok(Self::Modes) } else { text.parse().map(Self::Terms) }
+    }
 }
 
 /// A sheet of paper, by name.
@@ -85,6 +147,9 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     {
         return of_project(options, project, progress);
     }
+    if document.base == Some(ReportBase::Modes) {
+        return of_modes(options, progress);
+    }
     if request.source.reading.kind == KindName::Component {
         if document.sections.is_some() || document.effects.is_some() {
             return Err(Failure::new(
@@ -93,8 +158,8 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
             .try_this("leave out --sections and --effects")
             .into());
         }
-        let DocumentOptions { base, max_effects, .. } = document.clone();
-        let missing = MissingRequest { base, max_effects, ..MissingRequest::default() };
+        let missing =
+            MissingRequest { base: document.terms(), max_effects: document.max_effects, ..MissingRequest::default() };
         let title = document.title.clone().unwrap_or_else(|| title(&request.source.data));
         let shape = (title.as_str(), document.paper.into(), document.out.as_path());
         let missing = document.diagnose.then_some(&missing);
@@ -107,7 +172,7 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     let analysis = identify::study(request, progress)?;
     let diagnosis = match document.diagnose {
         true => {
-            let DocumentOptions { base, max_effects, .. } = document.clone();
+            let (base, max_effects) = (document.terms(), document.max_effects);
             let initial = analysis.outcome.settings.initial;
             let missing = MissingRequest { base, known: Vec::new(), max_effects, initial, effects: own };
             Some(search(&missing, &analysis.records, &Cancel::default(), &|told| progress.show(told))?)
@@ -139,6 +204,20 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
 }
 
 impl DocumentOptions {
+    /// The terms from which the search for missing effects starts, if they are given.
+    fn terms(&self) -> Option<Terms> {
+        match &self.base {
+            Some(ReportBase::Terms(terms)) => Some(terms.clone()),
+            Some(ReportBase::Modes) | None => None,
+        }
+    }
+
+    /// The base as the window and the other commands have it.
+    fn modes(&self) -> Base {
+        let model = if self.base == Some(ReportBase::Modes) { BaseModel::Modes } else { BaseModel::Chain };
+        Base { model, ..self.poles.0.clone() }
+    }
+
     /// What the document holds.
     fn arrangement(&self) -> Arrangement {
         let arrangement = self.sections.as_ref().map_or_else(Arrangement::default, |s| Arrangement::of(&s.0));
@@ -149,9 +228,13 @@ impl DocumentOptions {
     pub(super) fn say(&self, text: &mut String) {
         let here = std::env::current_dir().unwrap_or_default();
         text.push_str(&format!(" --out {}", typed(&here, &self.out)));
+        let base = self.modes();
+        if base.model == BaseModel::Modes {
+            table::say(text, BASE, &base, &Base::default());
+        }
         if self.diagnose {
             text.push_str(" --diagnose");
-            if let Some(terms) = &self.base {
+            if let Some(terms) = self.terms() {
                 text.push_str(&table::valued("base", &terms.to_string()));
             }
             if self.max_effects != MAX_EFFECTS {
@@ -171,6 +254,28 @@ impl DocumentOptions {
             text.push_str(" --paper letter");
         }
     }
+}
+
+/// Writes the report of a structure's modes.
+fn of_modes(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
+    let ReportOptions { study: StudyOptions { request, json }, document } = options;
+    if let Some(name) = SETTINGS.iter().map(|s| s.name).find(|name| request.given.has(name)) {
+        return Err(Failure::new(format!("--{name} says how a chain of masses is identified, not modes"))
+            .try_this("leave it out, or leave out --base modes")
+            .into());
+    }
+    if document.sections.is_some() || document.effects.is_some() {
+        return Err(Failure::new("the report about modes has sections of its own, and knows no effects of one's own")
+            .try_this("leave out --sections and --effects")
+            .into());
+    }
+    let mut command = "sindyscope report".to_owned();
+    source::say(&request.source, &mut command);
+    document.say(&mut command);
+    let title = document.title.clone().unwrap_or_else(|| title(&request.source.data));
+    let shape =
+        modes::ReportShape { title: &title, command: &command, paper: document.paper.into(), out: &document.out };
+    modes::report(&request.source, &document.modes(), document.diagnose, &shape, json.as_deref(), progress)
 }
 
 /// Writes the report of a saved project: its records, settings, walk and contents.
@@ -197,7 +302,7 @@ fn of_project(options: &ReportOptions, project: &Path, progress: &ProgressLine) 
     let content = crate::app::report_of_project(project, &command)
         .map_err(|problem| Failure::new(problem.what).try_this(problem.advice))?;
     progress.stage("drawing");
-    content.report().write(&options.document.out).map_err(Failure::from)?;
+    content.write(&options.document.out).map_err(Failure::from)?;
     Ok(format!("wrote {}\n", options.document.out.display()).into_bytes())
 }
 

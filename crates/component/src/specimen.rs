@@ -221,6 +221,11 @@ impl Specimen {
         self.units.of_symbol(symbol).unwrap_or_default()
     }
 
+    /// The main period of the motion, s.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
     /// Names of the inputs beside the motion, in the order of `u`, `u2`, ….
     pub fn inputs(&self) -> &[String] {
         &self.input_names

@@ -39,6 +39,23 @@ pub struct StructureDiagnosis {
     pub explained: bool,
     /// RMS of what the model leaves on data never fitted over that of the noise.
     pub noises: f64,
+    /// What the linear model and the one at the end leave of the data that neither was fitted to.
+    pub unseen: Vec<UnseenRecord>,
+}
+
+/// A record, or the end of the only one, that judged and was never fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnseenRecord {
+    /// The record's name.
+    pub name: String,
+    /// Sampling interval, s.
+    pub interval: f64,
+    /// `measured[sensor][sample]`, in the sensors' units.
+    pub measured: Vec<Vec<f64>>,
+    /// The same of what the linear model leaves.
+    pub before: Vec<Vec<f64>>,
+    /// The same of what the model with the force leaves; none where no force was found.
+    pub after: Option<Vec<Vec<f64>>>,
 }
 
 impl StructureDiagnosis {
@@ -122,6 +139,7 @@ pub fn diagnose(
         found: None,
         explained,
         noises: linear_error / noise,
+        unseen: unseen_records(&measurement, &split, &path.steps[path.chosen].residuals, None),
     };
     if linear_error < NOTHING_MISSING * noise {
         return Ok(plain(&base, true));
@@ -133,6 +151,7 @@ pub fn diagnose(
     let chosen = search.chosen(fitted, period);
     let Some((best, lead, rivals, tried)) = chosen else { return Ok(plain(&base, false)) };
     let (error, noise) = (best.error, search.noise_in(&best.residuals.unseen));
+    let unseen = unseen_records(&measurement, &split, &path.steps[path.chosen].residuals, Some(&best.residuals));
     let (last, found) = search.told(best, lead, rivals, tried);
     Ok(StructureDiagnosis {
         base: structure(&measurement, &base),
@@ -140,7 +159,28 @@ pub fn diagnose(
         found: Some(found),
         explained: error < EXPLAINS * noise,
         noises: error / noise,
+        unseen,
     })
+}
+
+/// What two models leave of the data that neither was fitted to, in the sensors' units.
+fn unseen_records(
+    measurement: &Measurement,
+    split: &Split,
+    before: &Residuals,
+    after: Option<&Residuals>,
+) -> Vec<UnseenRecord> {
+    let scaled = |all: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        all.iter().zip(&measurement.sensors).map(|(s, sensor)| s.iter().map(|v| v * sensor.scale).collect()).collect()
+    };
+    let of = |(k, series): (usize, &Series)| UnseenRecord {
+        name: series.name.clone(),
+        interval: series.interval,
+        measured: scaled(&series.outputs),
+        before: scaled(&before.unseen[k]),
+        after: after.map(|a| scaled(&a.unseen[k])),
+    };
+    split.unseen.iter().enumerate().map(of).collect()
 }
 
 /// RMS of the noise over all sensors of the records never fitted, in units of the sensors' RMS.

@@ -3,7 +3,8 @@
 //! [`identify`] takes records of any number of sensors (displacements, velocities, accelerations, mixed) with measured inputs
 //! or free decays, and gives a [`Structure`]: natural frequencies, damping ratios and shapes with standard errors, and what
 //! is left on each record. [`diagnose`] looks for a force that acts beside the linear structure: which, where and how large, named by
-//! the comparison of the search for missing effects.
+//! the comparison of the search for missing effects. [`analyse`] identifies, and keeps what figures show beside the modes: the
+//! stabilization diagram and the model's response along each record.
 //!
 //! ```
 //! use sindyscope_core::study::Cancel;
@@ -26,6 +27,7 @@
 //! ```
 #![deny(missing_docs)]
 
+mod analysis;
 mod closed;
 mod diagnose;
 mod error;
@@ -40,14 +42,19 @@ mod outcome;
 mod pole;
 mod screen;
 mod settings;
+mod shape;
+mod stabilization;
 mod study;
 mod subspace;
 
-pub use diagnose::{ForceParameter, FoundForce, StructureDiagnosis, diagnose};
+pub use analysis::{ModalAnalysis, ModalRecord, analyse};
+pub use diagnose::{ForceParameter, FoundForce, StructureDiagnosis, UnseenRecord, diagnose};
 pub use error::ModesError;
 pub use force::{Effect, Site};
 pub use measurement::{Input, Quantity, Sensor};
 pub use outcome::{RecordFit, Structure};
 pub use pole::Pole;
 pub use settings::{BASE, BASES, Base, BaseModel};
+pub use shape::{assurance, phase_collinearity, phase_deviation};
+pub use stabilization::{ModeQuality, ProposedPole, Stability, Stabilization, scaled_shape};
 pub use study::identify;

@@ -54,6 +54,28 @@ pub(crate) const PATIENCE: usize = 2;
 pub(crate) const POLE_STEPS: usize = 5;
 pub(crate) const LAST_POLE_STEPS: usize = 15;
 
+// The stabilization diagram.
+
+/// Orders of its state spaces, states.
+pub(crate) const DIAGRAM_ORDERS: RangeInclusive<usize> = 4..=40;
+/// Differences from a pole of the order below up to which a pole is stable: share of the frequency, share of the damping
+/// ratio, and one minus the modal assurance criterion (B. Peeters, G. De Roeck, Mech. Syst. Signal Process. 13 (1999) 855).
+pub(crate) const STABLE_FREQUENCY: f64 = 0.01;
+pub(crate) const STABLE_DAMPING: f64 = 0.05;
+pub(crate) const STABLE_SHAPE: f64 = 0.02;
+/// Modal phase collinearity below which, and mean phase deviation (rad) from which on, a pole counts as spurious: shapes of
+/// lightly damped structures are nearly real (E. Reynders, J. Houbrechts, G. De Roeck, Mech. Syst. Signal Process. 29 (2012) 228).
+pub(crate) const SPURIOUS_COLLINEARITY: f64 = 0.5;
+pub(crate) const SPURIOUS_DEVIATION: f64 = 0.35;
+/// Damping ratio of a pole above which it is no oscillation of a structure.
+pub(crate) const SPURIOUS_DAMPING: f64 = 0.2;
+/// Logarithm of the frequency within which poles of the diagram stand for a mode, and their least modal assurance with it.
+pub(crate) const OF_MODE: f64 = 0.02;
+pub(crate) const OF_MODE_ASSURANCE: f64 = 0.7;
+/// Segments, overlapping by half, that a spectrum averages over at least, and most samples of one.
+pub(crate) const SPECTRUM_SEGMENTS: usize = 4;
+pub(crate) const SPECTRUM_SAMPLES: usize = 4096;
+
 // Screening of forces.
 
 /// Gaps, as shares of the largest displacement: first everywhere, then between these at the best places. A gap between two
@@ -147,6 +169,8 @@ pub(crate) const LOOP_RIDGE: f64 = 1e-12;
 pub(crate) const HANKEL_RIDGE: f64 = 1e-11;
 /// Most rows of that matrix.
 pub(crate) const MOST_HANKEL_ROWS: usize = 600;
+/// Steps of inverse iteration towards an eigenvector: with the eigenvalue known, two are enough.
+pub(crate) const INVERSE_ITERATIONS: usize = 3;
 /// Most iterations of the search for eigenvalues, and for the force at a step's end.
 pub(crate) const EIGENVALUE_ITERATIONS: usize = 10_000;
 pub(crate) const FORCE_ITERATIONS: usize = 40;

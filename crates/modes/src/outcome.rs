@@ -48,6 +48,11 @@ impl Structure {
         2 * self.modes.len()
     }
 
+    /// The number, from one, by which a mode in the band is known: those outside are not counted.
+    pub fn mode_number(&self, index: usize) -> usize {
+        self.in_band.iter().take(index + 1).filter(|inside| **inside).count()
+    }
+
     /// The scores of one sensor over all records of a usage together; none where there is none.
     pub fn score(&self, sensor: usize, usage: Usage) -> Option<Score> {
         let scores = self.records.iter().filter(|r| r.usage == usage).map(|r| &r.scores[sensor]);

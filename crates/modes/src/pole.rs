@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
 
 /// Nodes and weights of Gauss–Legendre quadrature on the interval from zero to one.
 const NODES: [(f64, f64); 8] = [
@@ -22,7 +23,7 @@ const POINTS: usize = 6;
 pub(crate) const DAMPING: (f64, f64) = (5e-5, 0.5);
 
 /// An oscillation `q″ + 2ζω q′ + ω² q = u` by its eigenvalue `λ = −ζω + iω√(1−ζ²)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pole {
     /// Natural frequency ω, rad/s.
     pub omega: f64,
@@ -31,6 +32,11 @@ pub struct Pole {
 }
 
 impl Pole {
+    /// A pole of this natural frequency, Hz, and damping ratio.
+    pub fn at(frequency: f64, damping: f64) -> Self {
+        Self { omega: TAU * frequency, damping }
+    }
+
     /// Natural frequency, Hz.
     pub fn frequency(self) -> f64 {
         self.omega / TAU

@@ -1,9 +1,13 @@
 //! Which base model is meant, as options and panels have it.
 
+use serde::{Deserialize, Serialize};
+
+use super::pole::Pole;
 use sindyscope_core::setting::{NamedValue, Setting, SettingForm, change, named};
 
 /// What equations are made of before anything is missing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum BaseModel {
     /// A mass for each sensor, neighbours in a chain: every acceleration has an equation of its own.
     #[default]
@@ -13,12 +17,15 @@ pub enum BaseModel {
 }
 
 /// The base model that is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Base {
     /// Which.
     pub model: BaseModel,
     /// The number of modes; none where the data choose it.
     pub modes: Option<usize>,
+    /// Poles chosen by hand, from which the modes are fitted; empty where the data choose them.
+    pub poles: Vec<Pole>,
 }
 
 /// The base models.
@@ -45,7 +52,7 @@ const MOST: usize = 40;
 pub static BASE: &[Setting<Base>] = &[
     Setting {
         name: "base",
-        label: "Base model",
+        label: "Base",
         title: "base model",
         group: "Base model",
         help: "What the equations are made of before anything is missing",
@@ -70,4 +77,67 @@ pub static BASE: &[Setting<Base>] = &[
         write: |b| b.modes.iter().map(usize::to_string).collect(),
         ..Setting::BLANK
     },
+    Setting {
+        name: "poles",
+        label: "Poles",
+        title: "poles chosen by hand",
+        group: "Base model",
+        help: "Fit the modes from these poles: natural frequency (Hz) and damping ratio of each, HZ:RATIO,HZ:RATIO,…",
+        default: "chosen by data never fitted",
+        form: SettingForm::One("HZ:RATIO,…"),
+        read: |text| {
+            let poles = text.split(',').map(pole).collect::<Result<Vec<Pole>, _>>()?;
+            if poles.len() > MOST {
+                return Err(format!("they are at most {MOST}"));
+            }
+            Ok(change(move |b: &mut Base| b.poles.clone_from(&poles)))
+        },
+        write: |b| {
+            let said = |p: &Pole| format!("{}:{}", rounded(p.frequency()), rounded(p.damping));
+            Some(b.poles.iter().map(said).collect::<Vec<_>>().join(",")).filter(|t| !t.is_empty()).into_iter().collect()
+        },
+        ..Setting::BLANK
+    },
 ];
+
+/// A pole as it is written: `9.2:0.01`.
+fn pole(text: &str) -> Result<Pole, String> {
+    let wrong =
+        || format!("`{}` is no pole: write its natural frequency in Hz and its damping ratio, 9.2:0.01", text.trim());
+    let (frequency, damping) = text.trim().split_once(':').ok_or_else(wrong)?;
+    let [frequency, damping] = [frequency, damping].map(|n| n.trim().parse::<f64>());
+    match (frequency, damping) {
+        (Ok(f), Ok(d)) if f.is_finite() && f > 0.0 && d > 0.0 && d < 1.0 => Ok(Pole::at(f, d)),
+        _ => Err(wrong()),
+    }
+}
+
+/// A number to six digits: a start of a fit needs no more.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyscope_core::setting::{Given, Said, told};
+
+    #[test]
+    fn poles_are_read_as_they_are_said() {
+        let base =
+            Base { model: BaseModel::Modes, modes: None, poles: vec![Pole::at(9.2, 0.0125), Pole::at(31.0, 0.004)] };
+        let words = told(BASE, &base, &Base::default());
+        let said = words.iter().map(|(setting, text)| Said::new(setting, text).expect("it is read"));
+        let mut again = Base::default();
+        Given::new(said).apply(&mut again).expect("it is taken");
+        assert_eq!((again.model, again.poles.len()), (base.model, 2));
+        for (a, b) in again.poles.iter().zip(&base.poles) {
+            assert!(
+                (a.omega / b.omega - 1.0).abs() < 1e-5 && (a.damping / b.damping - 1.0).abs() < 1e-5,
+                "{a:?} {b:?}"
+            );
+        }
+        let poles = BASE.iter().find(|s| s.name == "poles").expect("it is there");
+        assert!(Said::new(poles, "9.2").is_err_and(|e| e.contains("damping ratio")));
+    }
+}

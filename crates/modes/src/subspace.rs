@@ -8,10 +8,11 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Cholesky, DMatrix, Schur, SymmetricEigen};
+use nalgebra::{Cholesky, Complex, DMatrix, Schur, SymmetricEigen};
 
 use super::limits::{
-    EIGENVALUE_ITERATIONS, HANKEL_RIDGE, HIGHEST, LEAST_DAMPING, MOST_HANKEL_ROWS, ORDERS, POOL_DAMPING,
+    DIAGRAM_ORDERS, EIGENVALUE_ITERATIONS, HANKEL_RIDGE, HIGHEST, INVERSE_ITERATIONS, LEAST_DAMPING, MOST_HANKEL_ROWS,
+    ORDERS, POOL_DAMPING,
 };
 use super::pole::Pole;
 
@@ -56,46 +57,110 @@ fn thinned(series: &[f64], by: usize) -> Vec<f64> {
 /// The poles of every order, of records thinned `by` so many samples; `block_rows` is the number of samples that past and
 /// future reach. Records that are too short for that count for nothing.
 pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<Pole> {
-    let Some(first) = records.first() else { return Vec::new() };
-    let (drives, outputs) = (first.drives.len(), first.outputs.len());
-    let rows = block_rows.min(MOST_HANKEL_ROWS / (2 * (drives + outputs))).max(3);
-    let records: Vec<Channels> = records.iter().map(|r| r.thinned(by)).collect();
-    let enough = |r: &&Channels| r.outputs[0].len() > 5 * rows;
-    let used: Vec<&Channels> = records.iter().filter(enough).collect();
-    let Some(interval) = used.first().map(|r| r.interval) else { return Vec::new() };
-    let Some((past, future)) = future_from_past(&used, rows) else { return Vec::new() };
-    let _ = past;
-    let size = future.nrows();
-    let eigen = SymmetricEigen::new(&future * future.transpose());
-    let mut order: Vec<usize> = (0..size).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let mut found = Vec::new();
-    for states in ORDERS.step_by(2).filter(|n| *n < size - outputs) {
-        let observability = DMatrix::from_fn(size, states, |i, j| eigen.eigenvectors[(i, order[j])]);
-        let (upper, lower) = (observability.rows(0, size - outputs), observability.rows(outputs, size - outputs));
-        let Some(inverse) = Cholesky::new(upper.tr_mul(&upper)) else { continue };
-        let transition = inverse.solve(&upper.tr_mul(&lower));
-        let Some(schur) = Schur::try_new(transition, f64::EPSILON, EIGENVALUE_ITERATIONS) else { continue };
-        for eigenvalue in schur.complex_eigenvalues().iter() {
-            let lambda = eigenvalue.ln() / interval;
-            let omega = lambda.norm();
-            let damping = -lambda.re / omega;
-            let allowed = damping > POOL_DAMPING.0 && damping < POOL_DAMPING.1;
-            if lambda.im > 0.0 && allowed && omega * interval < HIGHEST * PI && omega.is_finite() {
-                found.push(Pole { omega, damping: damping.max(LEAST_DAMPING) });
-            }
-        }
+    let Some(space) = StateSpace::new(records, by, block_rows) else { return Vec::new() };
+    let of_order = |states: usize| -> Vec<Pole> {
+        let Some(model) = space.of_order(states) else { return Vec::new() };
+        let allowed = |p: &Pole| p.damping > POOL_DAMPING.0 && p.damping < POOL_DAMPING.1;
+        let poles = model.eigenvalues().into_iter().filter_map(|e| space.pole(e)).filter(allowed);
+        poles.map(|p| Pole { damping: p.damping.max(LEAST_DAMPING), ..p }).collect()
+    };
+    ORDERS.step_by(2).flat_map(of_order).collect()
+}
+
+/// What the past tells of the future, from which models of every order follow.
+pub(crate) struct StateSpace {
+    /// Directions of the observability matrix, the strongest first.
+    directions: DMatrix<f64>,
+    outputs: usize,
+    /// Sampling interval of the thinned records, s.
+    interval: f64,
+}
+
+/// A model of one order: how the states go on, and what the outputs show of them.
+pub(crate) struct OrderModel {
+    transition: DMatrix<f64>,
+    output: DMatrix<f64>,
+}
+
+impl StateSpace {
+    /// Of records thinned `by` so many samples; none where they are too short for so many block rows.
+    pub(crate) fn new(records: &[Channels], by: usize, block_rows: usize) -> Option<Self> {
+        let first = records.first()?;
+        let (drives, outputs) = (first.drives.len(), first.outputs.len());
+        let rows = block_rows.min(MOST_HANKEL_ROWS / (2 * (drives + outputs))).max(3);
+        let records: Vec<Channels> = records.iter().map(|r| r.thinned(by)).collect();
+        let enough = |r: &&Channels| r.outputs[0].len() > 5 * rows;
+        let used: Vec<&Channels> = records.iter().filter(enough).collect();
+        let interval = used.first()?.interval;
+        let future = future_from_past(&used, rows)?;
+        let eigen = SymmetricEigen::new(&future * future.transpose());
+        let mut order: Vec<usize> = (0..future.nrows()).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        let most = order.len().min(*DIAGRAM_ORDERS.end());
+        let directions = DMatrix::from_fn(order.len(), most, |i, j| eigen.eigenvectors[(i, order[j])]);
+        Some(Self { directions, outputs, interval })
     }
-    found
+
+    /// The model with so many states; none where the block rows do not bear as many.
+    pub(crate) fn of_order(&self, states: usize) -> Option<OrderModel> {
+        let (size, outputs) = (self.directions.nrows(), self.outputs);
+        if states >= size - outputs || states > self.directions.ncols() {
+            return None;
+        }
+        let observability = self.directions.columns(0, states);
+        let (upper, lower) = (observability.rows(0, size - outputs), observability.rows(outputs, size - outputs));
+        let inverse = Cholesky::new(upper.tr_mul(&upper))?;
+        let transition = inverse.solve(&upper.tr_mul(&lower));
+        Some(OrderModel { transition, output: observability.rows(0, outputs).into_owned() })
+    }
+
+    /// The pole that a discrete eigenvalue stands for, undamped or unstable ones too; none of the conjugate half, and beyond the
+    /// band that the thinned records hold.
+    pub(crate) fn pole(&self, eigenvalue: Complex<f64>) -> Option<Pole> {
+        let lambda = eigenvalue.ln() / self.interval;
+        let omega = lambda.norm();
+        let inside = lambda.im > 0.0 && omega * self.interval < HIGHEST * PI && omega.is_finite();
+        inside.then(|| Pole { omega, damping: -lambda.re / omega })
+    }
+}
+
+impl OrderModel {
+    /// Eigenvalues of the transition by one sampling interval; none where the search for them does not end.
+    pub(crate) fn eigenvalues(&self) -> Vec<Complex<f64>> {
+        let schur = Schur::try_new(self.transition.clone(), f64::EPSILON, EIGENVALUE_ITERATIONS);
+        schur.map_or_else(Vec::new, |s| s.complex_eigenvalues().iter().copied().collect())
+    }
+
+    /// What the outputs show of an eigenvector, by inverse iteration; none where the eigenvalue is no simple one.
+    pub(crate) fn shape(&self, eigenvalue: Complex<f64>) -> Option<Vec<Complex<f64>>> {
+        let size = self.transition.nrows();
+        // Beside the eigenvalue, so that the system can be solved.
+        let near = eigenvalue * (1.0 + 1e-10);
+        let system = DMatrix::from_fn(size, size, |i, j| {
+            Complex::new(self.transition[(i, j)], 0.0) - if i == j { near } else { Complex::new(0.0, 0.0) }
+        });
+        let factor = system.lu();
+        let mut vector = DMatrix::from_fn(size, 1, |i, _| Complex::new(1.0, 0.1 * i as f64));
+        for _ in 0..INVERSE_ITERATIONS {
+            vector = factor.solve(&vector)?;
+            let norm = vector.norm();
+            if !(norm.is_finite() && norm > 0.0) {
+                return None;
+            }
+            vector.unscale_mut(norm);
+        }
+        let output = self.output.map(|v| Complex::new(v, 0.0));
+        Some((output * vector).iter().copied().collect())
+    }
 }
 
 /// The triangular factor's part that tells the future outputs from past inputs and outputs, future inputs projected off.
-fn future_from_past(records: &[&Channels], rows: usize) -> Option<(usize, DMatrix<f64>)> {
+fn future_from_past(records: &[&Channels], rows: usize) -> Option<DMatrix<f64>> {
     let (drives, outputs) = (records[0].drives.len(), records[0].outputs.len());
     let gram = gram(records, rows);
     let factor = Cholesky::new(gram)?.unpack();
     let (first, last) = (drives * rows, (2 * drives + outputs) * rows);
-    Some((first, factor.view((last, first), (outputs * rows, last - first)).into_owned()))
+    Some(factor.view((last, first), (outputs * rows, last - first)).into_owned())
 }
 
 /// The Gram matrix of future inputs, past inputs, past outputs and future outputs, block rows in this order.

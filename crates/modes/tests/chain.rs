@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use sindyscope_core::study::Cancel;
-use sindyscope_modes::{Effect, ModesError, Site, diagnose, identify};
+use sindyscope_modes::{Base, BaseModel, Effect, ModesError, Pole, Site, Stability, analyse, diagnose, identify};
 use sindyscope_rig::{
     Contact, Excitation, MeasuredChannel, MeasuredQuantity, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup,
 };
@@ -151,4 +151,46 @@ fn records_that_cannot_serve_are_refused_in_words() {
     blind.channels.retain(|c| matches!(c.role, Role::Input(_)));
     assert!(matches!(of(blind), ModesError::NoSensor { .. }));
     assert!(matches!(identify(&RecordSet::default(), None, &Cancel::default()), Err(ModesError::NothingToFit)));
+}
+
+#[test]
+fn every_mode_is_a_stable_column_of_the_diagram_and_noise_is_none() {
+    let records = tested(0.0, &[Role::Acceleration(0), Role::Acceleration(1), Role::Acceleration(2)]);
+    let found = analyse(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
+    let stable: Vec<f64> = found
+        .stabilization
+        .poles
+        .iter()
+        .filter(|p| p.stability == Stability::Whole)
+        .map(|p| p.pole.frequency())
+        .collect();
+    for (k, (frequency, _, _)) in truth().into_iter().enumerate() {
+        let near = stable.iter().filter(|f| (*f / frequency - 1.0).abs() < 0.01).count();
+        assert!(near >= 10, "{near} stable poles at {frequency} Hz");
+        let quality = found.quality[k];
+        assert!(quality.stable >= 10 && quality.collinearity.unwrap() > 0.98, "{quality:?}");
+        assert!(quality.deviation.unwrap() < 0.05, "{quality:?}");
+    }
+    let spectrum = &found.stabilization.singular_values[0];
+    let peak = (0..spectrum.len()).max_by(|a, b| spectrum[*a].total_cmp(&spectrum[*b])).unwrap();
+    let nearest = truth().into_iter().map(|t| (found.stabilization.frequencies[peak] - t.0).abs()).fold(9.0, f64::min);
+    assert!(nearest < 0.2, "the spectrum is highest {nearest} Hz beside a mode");
+    // What is modelled and what is left make up what was measured, in its unit.
+    let record = &found.records[0];
+    let score = &found.structure.records[0].scores[1];
+    let rms = (record.left[1].iter().map(|e| e * e).sum::<f64>() / record.left[1].len() as f64).sqrt();
+    assert!((rms / score.rmse - 1.0).abs() < 1e-9);
+    assert!((record.modelled(1)[7] + record.left[1][7] - record.measured[1][7]).abs() < 1e-12);
+}
+
+#[test]
+fn modes_are_fitted_from_poles_that_are_given() {
+    let records = tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]);
+    let poles = truth().into_iter().take(2).map(|(f, _, _)| Pole::at(1.01 * f, 0.02)).collect();
+    let base = Base { model: BaseModel::Modes, modes: None, poles };
+    let found = analyse(&records, &base, &|_, _| {}, &Cancel::default()).unwrap().structure;
+    assert_eq!(found.modes.len(), 2);
+    for (mode, (frequency, _, _)) in found.modes.iter().zip(truth()) {
+        assert!((mode.frequency / frequency - 1.0).abs() < 2e-3, "{} is not {frequency}", mode.frequency);
+    }
 }

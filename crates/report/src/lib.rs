@@ -2,6 +2,8 @@
 //!
 //! - [`view`]: the views of a study (response, spectrum, restoring force, …), each a pure function that gives a [`figure`].
 //! - [`figure`]: figures as plain values, their ticks, legends and tables, and the painter that draws them as SVG.
+//! - [`component`]: the figures of a component's force.
+//! - [`modal`]: the figures of a structure's modes.
 //! - [`walk`]: the figures of a search for missing effects.
 //! - [`diagram`]: what is computed for them: forces across an element, frequency response, decay, residual.
 //! - [`document`]: reports as web page, PDF or picture, and single figures as SVG, PDF or PNG.
@@ -27,10 +29,12 @@
 #![deny(missing_docs)]
 
 mod canvas;
+pub mod component;
 pub mod diagram;
 pub mod document;
 pub mod export;
 pub mod figure;
+pub mod modal;
 pub mod palette;
 pub mod view;
 pub mod walk;

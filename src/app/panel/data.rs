@@ -3,12 +3,14 @@
 use egui::{Align, ComboBox, Layout, RichText, Sense, Ui, WidgetInfo, vec2};
 
 use super::context::{PanelAct, PanelContext};
+use super::setting_row::switch_of;
 use super::{masses, refusal};
 use crate::app::commands::WindowCommand;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
+use sindyscope_modes::{BASE, BASES, BaseModel};
 use sindyscope_values::format::number::significant_trimmed;
-use sindyscope_values::record::{Record, Usage};
+use sindyscope_values::record::{Channel, Record, Role, Usage};
 use sindyscope_values::term::Kind;
 
 const USAGES: [(Usage, &str, &str); 3] = [
@@ -69,9 +71,14 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     if let Some(record) =
         context.data.records.get(context.shown).filter(|_| context.edit.settings.kind == Kind::SecondOrder)
     {
-        masses::show(ui, record);
+        let noun = if context.edit.base.model == BaseModel::Modes { "place" } else { "mass" };
+        masses::show(ui, record, noun);
     }
     ui.add_space(2.0);
+    component(ui, context);
+    if context.edit.component {
+        return;
+    }
     let mut kind = context.edit.settings.kind;
     row(ui, "Equations", "Order of the equations of motion that are looked for", |ui| {
         let choices = [
@@ -82,6 +89,41 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
             context.asks.push(PanelAct::Kind(kind));
         }
     });
+    // What the program brings along are masses.
+    let files = context.of_files || context.edit.base.model == BaseModel::Modes;
+    if kind == Kind::SecondOrder && files {
+        base(ui, context);
+    }
+}
+
+/// Whether the force along one motion is what is measured, where there is one that may be.
+fn component(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let layout = context.data.layout(context.edit.settings.kind);
+    let first = context.data.records.first();
+    let moves = |c: &&Channel| matches!(c.role, Role::Displacement(_) | Role::Velocity(_));
+    let motion: Vec<&Channel> = first.iter().flat_map(|r| r.measured()).filter(moves).collect();
+    // An input in the unit of the motion is a base's, not a force.
+    let of_base = |c: &Channel| matches!(c.role, Role::Input(_)) && motion.iter().any(|m| m.unit == c.unit);
+    let force = layout.inputs > 0 && !first.is_some_and(|r| r.measured().any(of_base));
+    let moved = layout.kind == Kind::SecondOrder && layout.freedoms == 1 && !motion.is_empty();
+    let possible = context.of_files && force && moved;
+    if !possible && !context.edit.component {
+        return;
+    }
+    let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is \
+                looked for, and what that lacks. Of several inputs the force is the one whose name or unit says so";
+    row(ui, "", "", |ui| {
+        ui.checkbox(&mut context.edit.component, "component without a mass").on_hover_text(hint);
+    });
+}
+
+/// What the equations are made of.
+fn base(ui: &mut Ui, context: &mut PanelContext<'_>) {
+    let Some(setting) = BASE.first() else { return };
+    let edit = &mut *context.edit;
+    let before = edit.base.model;
+    switch_of(ui, setting, &BASES, &mut edit.base.model);
+    edit.base_settled |= edit.base.model != before;
 }
 
 /// One record; tells whether it was clicked.

@@ -8,8 +8,8 @@ use sindyscope_values::format::units::raised;
 use sindyscope_values::record::{Channel, Record, Role};
 use sindyscope_values::term::Kind;
 
-/// A row for each mass: its number and what is measured of it.
-pub(super) fn show(ui: &mut Ui, record: &Record) {
+/// A row for each mass, or place (`noun`): its number and what is measured of it.
+pub(super) fn show(ui: &mut Ui, record: &Record, noun: &str) {
     let masses = record.layout(Kind::SecondOrder).freedoms;
     if masses < 2 {
         return;
@@ -17,11 +17,11 @@ pub(super) fn show(ui: &mut Ui, record: &Record) {
     for mass in 0..masses {
         let channels: Vec<String> = record.measured().filter(|c| of(c.role) == Some(mass)).map(said).collect();
         line(ui, ROW - 4.0, |ui| {
-            ui.label(RichText::new(format!("mass {}", mass + 1)).weak());
+            ui.label(RichText::new(format!("{noun} {}", mass + 1)).weak());
             ui.add(egui::Label::new(channels.join(", ")).truncate());
         })
         .response
-        .on_hover_text(format!("What is measured of mass {}", mass + 1));
+        .on_hover_text(format!("What is measured of {noun} {}", mass + 1));
     }
 }
 

@@ -8,6 +8,7 @@ mod library;
 mod masses;
 mod physics;
 mod preparation;
+mod proposal;
 mod questions;
 mod refusal;
 mod setting_row;
@@ -17,6 +18,8 @@ mod threshold;
 use egui::{Margin, Panel, ScrollArea, Ui, UiBuilder};
 
 use super::state::Room;
+use sindyscope_modes::BaseModel;
+
 pub(crate) use context::{PanelAct, PanelContext, Typing};
 
 /// The left column: data and settings; in the other rooms, what counts there.
@@ -33,6 +36,7 @@ pub(crate) fn left(
         }
         preparation::show(ui, context);
         match room {
+            Room::Identify if context.edit.component || context.edit.base.model == BaseModel::Modes => own(ui, context),
             Room::Identify => {
                 smoothing::show(ui, context);
                 library::show(ui, context);
@@ -50,6 +54,7 @@ pub(crate) fn left(
 /// The right column: what was found.
 pub(crate) fn right(ui: &mut Ui, context: &mut PanelContext<'_>, now: f64) {
     findings(ui, |ui| {
+        proposal::show(ui, context);
         fit::show(ui, context);
         equation::show(ui, context, now);
         if let Some(outcome) = &context.data.outcome {

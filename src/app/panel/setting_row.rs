@@ -48,9 +48,9 @@ pub(super) fn pick<V: Copy>(
 }
 
 /// A setting's row with a switch of a few positions.
-pub(super) fn switch_of<V: Copy + PartialEq, const N: usize>(
+pub(super) fn switch_of<T, V: Copy + PartialEq, const N: usize>(
     ui: &mut Ui,
-    setting: &'static Setting<Settings>,
+    setting: &'static Setting<T>,
     choices: &[NamedValue<V>; N],
     value: &mut V,
 ) {

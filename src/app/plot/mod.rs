@@ -1,5 +1,6 @@
 //! What every plot of the window shares: the painter of figures, colours, and the units that a person chose.
 
+pub(crate) mod beside;
 pub(crate) mod display;
 pub(crate) mod export;
 pub(crate) mod figures;

@@ -39,12 +39,7 @@ impl Contents {
                 reset = changed && icon(ui, "↺", "Usual contents", hint, true).clicked();
             },
             |ui| {
-                row(ui, "title", "The report's title; empty: the name of the data", |ui| {
-                    let width = ui.available_width();
-                    let field =
-                        egui::TextEdit::singleline(&mut report.title).hint_text(usual_title).desired_width(width);
-                    ui.add(field).accessible_name("Title of the report");
-                });
+                title_row(ui, report, usual_title);
                 if ui
                     .button("Add text")
                     .on_hover_text("A paragraph of your own, at the top; move it where it belongs")
@@ -145,6 +140,15 @@ impl Contents {
         self.dragged = Some(place);
         ui.ctx().request_repaint();
     }
+}
+
+/// The row for the report's title.
+pub(super) fn title_row(ui: &mut Ui, report: &mut Arrangement, usual_title: &str) {
+    row(ui, "title", "The report's title; empty: the name of the data", |ui| {
+        let width = ui.available_width();
+        let field = egui::TextEdit::singleline(&mut report.title).hint_text(usual_title).desired_width(width);
+        ui.add(field).accessible_name("Title of the report");
+    });
 }
 
 fn is_text(item: &Item) -> bool {

@@ -3,12 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Content, title};
+use super::Content;
+use super::content::{Reported, title};
+use crate::app::component::request;
 use crate::app::missing::work::subject_of;
 use crate::app::open::{self, Opening};
 use crate::app::problem::OpeningProblem;
 use crate::app::state::{Base, Edit, Source};
+use sindyscope_analysis::AnalysisRequest;
+use sindyscope_analysis::component::identify_component;
 use sindyscope_core::study::{Cancel, Outcome, Study};
+use sindyscope_modes::{BaseModel, analyse};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::Kind;
@@ -21,23 +26,32 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
     let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
-    let Edit { settings, usage, walk, report, .. } = &opened.document.edit;
+    let Edit { settings, usage, walk, report, base, component, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
     let failed =
         |problem: String| OpeningProblem::new(problem, "open the project in the window and change its settings");
+    let made = |of: Reported| Content {
+        title: title(&opened.read.title),
+        of,
+        arrangement: report.clone(),
+        command: Some(command.to_owned()),
+    };
+    if *component {
+        let source = request(&opened.document.reading);
+        let asked = AnalysisRequest { source, ..AnalysisRequest::default() };
+        let analysis = identify_component(&asked, &records, &cancel).map_err(|e| failed(e.to_string()))?;
+        return Ok(made(Reported::Component { analysis: Arc::new(analysis), diagnosis: None }));
+    }
+    if base.model == BaseModel::Modes {
+        let analysis = analyse(&records, base, &|_, _| {}, &cancel).map_err(|e| failed(e.to_string()))?;
+        return Ok(made(Reported::Modes { analysis: Arc::new(analysis), diagnosis: None }));
+    }
     let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
     let found = opened.document.found.as_deref();
     let diagnosis = diagnosed(&records, &outcome, (walk, found), &cancel).map_err(|e| failed(e.to_string()))?;
-    Ok(Content {
-        title: title(&opened.read.title),
-        records,
-        outcome: Arc::new(outcome),
-        diagnosis,
-        arrangement: report.clone(),
-        command: Some(command.to_owned()),
-    })
+    Ok(made(Reported::Study { records, outcome: Arc::new(outcome), diagnosis }))
 }
 
 /// What the project's walk came to, as it was kept where that is of these records; nothing if none was made.

@@ -3,6 +3,7 @@
 //!
 //! What is arranged is part of what undo takes back and of the project ([`sindyscope_report::document::Arrangement`]); here is only how it is shown.
 
+mod content;
 mod contents;
 pub(crate) mod headless;
 mod pages;
@@ -10,78 +11,28 @@ mod pages;
 use std::path::Path;
 use std::sync::Arc;
 
+pub(crate) use content::Content;
+use content::title;
 use contents::Contents;
 use egui::{ColorImage, Ui};
 pub(crate) use pages::ReportAct;
 use pages::{Pages, USUAL};
 
+use super::component::ComponentRoom;
 use super::missing::Missing;
+use super::modal::ModalRoom;
 use super::records::OpenRecords;
 use super::state::{Edit, State};
-use crate::command::shell::quoted;
-use sindyscope_core::study::{Cancel, Outcome};
-use sindyscope_report::document::{Arrangement, Pixels, Report, Section, pixels};
+use super::widgets::section;
+use sindyscope_core::study::Cancel;
+use sindyscope_report::document::{Arrangement, Pixels, Section, pixels};
 use sindyscope_search::Diagnosis;
-use sindyscope_values::record::{RecordSet, Usage};
-
-/// Everything that a report is made of, held so that another thread can make it.
-#[derive(Clone, Debug)]
-pub(crate) struct Content {
-    title: String,
-    records: RecordSet,
-    outcome: Arc<Outcome>,
-    diagnosis: Option<Arc<Diagnosis>>,
-    arrangement: Arrangement,
-    /// The command that makes the report again.
-    command: Option<String>,
-}
-
-impl Content {
-    /// The report of what is open; none while there is no outcome.
-    pub(crate) fn new(
-        data: &OpenRecords,
-        edit: &Edit,
-        diagnosis: Option<&Arc<Diagnosis>>,
-        project: Option<&Path>,
-    ) -> Option<Self> {
-        let outcome = Arc::clone(data.outcome.as_ref()?);
-        let (records, arrangement) = (data.set(&edit.usage), edit.report.clone());
-        let (title, diagnosis) = (title(&data.title), diagnosis.cloned());
-        Some(Self { title, records, outcome, diagnosis, arrangement, command: project.map(command) })
-    }
-
-    pub(crate) fn report(&self) -> Report<'_> {
-        Report {
-            title: &self.title,
-            records: &self.records,
-            outcome: &self.outcome,
-            choice: None,
-            command: self.command.as_deref(),
-            diagnosis: self.diagnosis.as_deref(),
-            arrangement: &self.arrangement,
-        }
-    }
-}
-
-/// The title of a report that has none of its own: the data's name without its ending.
-fn title(name: &str) -> String {
-    Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
-}
-
-/// The command that makes the report of a project again, from the project's own folder.
-fn command(project: &Path) -> String {
-    let name = project.file_name().unwrap_or_default().to_string_lossy();
-    let out = Path::new(&*name).with_extension("pdf");
-    format!("sindyscope report {} --out {}", quoted(&name), quoted(&out.to_string_lossy()))
-}
+use sindyscope_values::record::Usage;
 
 /// What a preview was made of: what is held here keeps its address.
 struct PagesKey {
-    outcome: Arc<Outcome>,
-    diagnosis: Option<Arc<Diagnosis>>,
+    content: Content,
     usage: Vec<Usage>,
-    arrangement: Arrangement,
-    command: Option<String>,
     generation: u64,
     width: u32,
 }
@@ -92,37 +43,28 @@ pub(crate) struct ReportSubject<'a> {
     pub(crate) data: &'a OpenRecords,
     pub(crate) edit: &'a Edit,
     pub(crate) diagnosis: Option<&'a Arc<Diagnosis>>,
+    /// The modes and the component, where it is about these.
+    pub(crate) others: (&'a ModalRoom, &'a ComponentRoom),
     /// The project that this is, if it is one.
     pub(crate) project: Option<&'a Path>,
 }
 
 impl<'a> ReportSubject<'a> {
     /// What is open.
-    pub(crate) fn new(state: &'a State, records: &'a OpenRecords, missing: &'a Missing) -> Self {
+    pub(crate) fn new(
+        state: &'a State,
+        records: &'a OpenRecords,
+        missing: &'a Missing,
+        others: (&'a ModalRoom, &'a ComponentRoom),
+    ) -> Self {
         let edit = &state.document.edit;
         let diagnosis = missing.diagnosis(&edit.walk);
-        Self { data: records, edit, diagnosis, project: state.project.as_deref() }
+        Self { data: records, edit, diagnosis, others, project: state.project.as_deref() }
     }
 
-    /// Everything that the report is made of; none while there is no outcome.
+    /// Everything that the report is made of; none while nothing was found.
     pub(crate) fn content(&self) -> Option<Content> {
-        Content::new(self.data, self.edit, self.diagnosis, self.project)
-    }
-}
-
-impl PagesKey {
-    fn holds(&self, subject: &ReportSubject<'_>, width: u32) -> bool {
-        let ReportSubject { data, edit, diagnosis, project } = *subject;
-        let same_diagnosis = match (&self.diagnosis, diagnosis) {
-            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
-            (own, other) => own.is_none() && other.is_none(),
-        };
-        same_diagnosis
-            && data.outcome.as_ref().is_some_and(|outcome| Arc::ptr_eq(outcome, &self.outcome))
-            && (self.generation, self.width) == (data.generation, width)
-            && self.usage == edit.usage
-            && self.arrangement == edit.report
-            && self.command == project.map(command)
+        Content::new((self.data, self.edit), self.diagnosis, self.others, self.project)
     }
 }
 
@@ -136,7 +78,7 @@ pub(crate) fn pages(
     cancel: &Cancel,
     tell: &dyn Fn(f64),
 ) -> Result<(Vec<Pixels>, Vec<Section>), String> {
-    let (pages, empty) = content.report().pages();
+    let (pages, empty) = content.pages();
     let mut drawn = Vec::with_capacity(pages.len());
     for (k, page) in pages.iter().enumerate() {
         if cancel.is_cancelled() {
@@ -177,6 +119,20 @@ pub(crate) fn controls(
     canvas.contents.show(ui, report, &room.empty, &title(data));
 }
 
+/// Draws the room's part of the left column for a report that has sections of its own.
+pub(crate) fn title_controls(ui: &mut Ui, report: &mut Arrangement, data: &str) {
+    section(
+        ui,
+        "REPORT",
+        |_| {},
+        |ui| {
+            contents::title_row(ui, report, &title(data));
+            ui.weak("Its sections are its own.")
+                .on_hover_text("Reports of modes and of components have no sections to choose");
+        },
+    );
+}
+
 /// Draws the centre.
 pub(crate) fn show(
     ui: &mut Ui,
@@ -214,24 +170,20 @@ impl ReportRoom {
 
     /// What the pages are to be drawn of, and how wide, if what is shown is no longer what was drawn.
     pub(crate) fn wanted(&mut self, subject: &ReportSubject<'_>) -> Option<(Content, u32)> {
-        if subject.data.outcome.is_none() {
+        let Some(content) = subject.content() else {
             (self.asked, self.pages) = (None, Vec::new());
             return None;
-        }
-        let width = self.width.unwrap_or(USUAL);
-        if self.asked.as_ref().is_some_and(|key| key.holds(subject, width)) {
+        };
+        let (width, generation) = (self.width.unwrap_or(USUAL), subject.data.generation);
+        let holds = |key: &PagesKey| {
+            (key.generation, key.width) == (generation, width)
+                && key.usage == subject.edit.usage
+                && key.content.is(&content)
+        };
+        if self.asked.as_ref().is_some_and(holds) {
             return None;
         }
-        let content = subject.content()?;
-        self.asked = Some(PagesKey {
-            outcome: Arc::clone(&content.outcome),
-            diagnosis: content.diagnosis.clone(),
-            usage: subject.edit.usage.clone(),
-            arrangement: content.arrangement.clone(),
-            command: content.command.clone(),
-            generation: subject.data.generation,
-            width,
-        });
+        self.asked = Some(PagesKey { content: content.clone(), usage: subject.edit.usage.clone(), generation, width });
         Some((content, width))
     }
 }

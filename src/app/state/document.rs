@@ -102,6 +102,12 @@ pub struct Edit {
     pub usage: Vec<Usage>,
     /// What is done to the records before they are studied.
     pub steps: Vec<Preparation>,
+    /// What the equations are made of: a mass for each sensor, or modes.
+    pub base: sindyscope_modes::Base,
+    /// Whether what is measured is a component without a mass: its force along a given motion.
+    pub component: bool,
+    /// Whether a person has said which, where the program would propose another.
+    pub base_settled: bool,
     /// What was added to the base model in "What's missing".
     pub walk: Walk,
     /// What the report holds, in which order.

@@ -3,6 +3,7 @@
 mod class;
 mod document;
 mod lessons;
+mod modal;
 mod own;
 mod rig;
 mod room;
@@ -21,11 +22,13 @@ pub use class::{ClassCase, ClassRound, ClassState, Guess};
 pub(crate) use document::absolute;
 pub use document::{Document, Edit, Pin, Sample, Source};
 pub use lessons::{LessonPosition, LessonProgress};
+pub(crate) use modal::ModalShown;
 pub use own::OwnEffects;
 pub(crate) use rig::Page;
 pub use rig::RigState;
 pub(crate) use room::Room;
 use sindyscope_files::ReadOptions;
+use sindyscope_report::component::ComponentView;
 use sindyscope_report::view::View;
 pub(crate) use stored::upgraded_project;
 pub(crate) use views::ViewState;
@@ -59,6 +62,10 @@ pub struct Shown {
     pub(crate) cutting: bool,
     pub(crate) view: View,
     pub(crate) views: ViewState,
+    /// How a component's force is shown.
+    pub(crate) component: ComponentView,
+    /// How a structure's modes are shown.
+    pub(crate) modal: ModalShown,
     /// The walk in "What's missing".
     pub(crate) walk: WalkView,
 }

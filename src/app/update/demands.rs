@@ -3,25 +3,37 @@
 use std::sync::Arc;
 
 use super::change::{Update, Want, run};
+use crate::app::component::request;
 use crate::app::derived::Derived;
 use crate::app::jobs::{Job, Key};
 use crate::app::questions::replies;
 use crate::app::report::ReportSubject;
 use crate::app::settings_map::SettingsMap;
 use crate::app::state::{Edit, Room, State};
+use sindyscope_modes::{Base, BaseModel};
+use sindyscope_values::record::Usage;
+
+/// Jobs on a chain of masses: where modes are the base they are in vain.
+const OF_A_CHAIN: [Key; 4] = [Key::Fit, Key::Resample, Key::Answers, Key::Map];
 
 /// Asks for everything that is in view and not there; `held` tells whether something is being dragged.
 pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Vec<Want> {
     run(state, derived, |update| {
         update.room();
-        update.fit();
-        update.settings_map();
         update.columns();
-        update.figures();
-        if !held {
-            update.resample();
+        if update.of_component() {
+            update.component();
+        } else if update.by_modes() {
+            update.modes(held);
+        } else {
+            update.fit();
+            update.settings_map();
+            update.figures();
+            if !held {
+                update.resample();
+            }
+            update.answers(held);
         }
-        update.answers(held);
         update.teach();
     })
 }
@@ -30,6 +42,7 @@ impl Update<'_> {
     fn room(&mut self) {
         match self.state.shown.room {
             Room::Identify => {}
+            Room::Missing if self.by_modes() || self.of_component() => {}
             Room::Missing => self.attend_to_search(),
             Room::Rig => {
                 if self.derived.rig.wants(&self.state.rig) {
@@ -39,11 +52,18 @@ impl Update<'_> {
             }
             Room::Report => {
                 // A walk that came back with its project is told in the report too.
-                if !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some() {
+                let walked =
+                    !self.state.document.edit.walk.accepted.is_empty() || self.derived.missing.found().is_some();
+                if walked && !self.by_modes() && !self.of_component() {
                     self.attend_to_search();
                 }
                 let derived = &mut *self.derived;
-                let subject = ReportSubject::new(self.state, &derived.records, &derived.missing);
+                let subject = ReportSubject::new(
+                    self.state,
+                    &derived.records,
+                    &derived.missing,
+                    (&derived.modal, &derived.component),
+                );
                 if let Some((content, width)) = derived.report.wanted(&subject) {
                     self.want(Key::Pages, Job::Pages { content: Box::new(content), width });
                 }
@@ -71,6 +91,100 @@ impl Update<'_> {
         self.cancel(Key::Resample);
         let (records, settings) = self.study();
         self.want(Key::Fit, Job::Fit { records, settings });
+    }
+
+    fn by_modes(&self) -> bool {
+        self.state.document.edit.base.model == BaseModel::Modes
+    }
+
+    fn of_component(&self) -> bool {
+        self.state.document.edit.component
+    }
+
+    /// Stops the jobs on a chain of masses; they are asked for again where the chain is the base again.
+    fn leave_the_chain(&mut self) {
+        for key in OF_A_CHAIN {
+            if self.derived.running.contains_key(&key) {
+                self.cancel(key);
+                self.derived.asked = None;
+            }
+        }
+    }
+
+    /// What the force of a component belongs to now.
+    fn component_wanted(&self) -> (u64, Vec<Usage>) {
+        (self.derived.records.generation, self.state.document.edit.usage.clone())
+    }
+
+    /// Asks for the force of a component.
+    fn component(&mut self) {
+        self.leave_the_chain();
+        let wanted = self.component_wanted();
+        if self.derived.component.search.is_of_others(&wanted) {
+            self.component_search(false);
+        }
+        if self.derived.records.records.is_empty() || self.derived.component.fit.is_of(&wanted) {
+            return;
+        }
+        self.derived.component.fit.begin(wanted);
+        let (records, _) = self.study();
+        let source = request(&self.state.document.reading);
+        self.want_instead(Key::Component, Job::Component { records, source });
+    }
+
+    /// Begins or stops the search for what the force of a component lacks.
+    pub(super) fn component_search(&mut self, begins: bool) {
+        if !begins {
+            self.derived.component.search.stop();
+            return self.cancel(Key::ComponentSearch);
+        }
+        let wanted = self.component_wanted();
+        self.derived.component.search.begin(wanted);
+        let (records, _) = self.study();
+        let source = request(&self.state.document.reading);
+        self.want_instead(Key::ComponentSearch, Job::ComponentSearch { records, source });
+    }
+
+    /// What modes and a search belong to now.
+    fn modes_wanted(&self) -> (u64, Base, Vec<Usage>) {
+        let edit = &self.state.document.edit;
+        (self.derived.records.generation, edit.base.clone(), edit.usage.clone())
+    }
+
+    /// Begins or stops the search for the force that the modes lack.
+    pub(super) fn modal_search(&mut self, begins: bool) {
+        if !begins {
+            self.derived.modal.search.stop();
+            return self.cancel(Key::ModalSearch);
+        }
+        let wanted = self.modes_wanted();
+        let modes = match wanted.1.poles.len() {
+            0 => wanted.1.modes,
+            count => Some(count),
+        };
+        self.derived.modal.search.begin(wanted);
+        let (records, _) = self.study();
+        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, modes });
+    }
+
+    /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
+    fn modes(&mut self, held: bool) {
+        self.leave_the_chain();
+        let wanted = self.modes_wanted();
+        if self.derived.modal.search.is_of_others(&wanted) {
+            self.modal_search(false);
+        }
+        if !held && !self.derived.records.records.is_empty() && self.derived.modal.wants(wanted) {
+            let base = self.state.document.edit.base.clone();
+            let (records, _) = self.study();
+            self.want_instead(Key::Modes, Job::Modes { records, base });
+        }
+        let shown = &self.state.shown;
+        if shown.room == Room::Identify
+            && let Some(request) = self.derived.modal.attend(&shown.modal, &self.derived.records, shown.record)
+        {
+            self.want(Key::ModalFigure(request.view), Job::ModalFigure(Box::new(request)));
+        }
     }
 
     /// Asks for the map of settings while a view shows it.

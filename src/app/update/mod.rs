@@ -71,6 +71,10 @@ impl Update<'_> {
                 }
             }
             Message::Views(views) => self.state.shown.views = *views,
+            Message::Modal(shown) => self.state.shown.modal = *shown,
+            Message::Component(view) => self.state.shown.component = view,
+            Message::ComponentSearch(begins) => self.component_search(begins),
+            Message::ModalSearch(begins) => self.modal_search(begins),
             Message::Walk(act) => self.walk(act),
             Message::WalkView(view) => self.state.shown.walk = *view,
             Message::Rig(rig) => self.state.rig = *rig,

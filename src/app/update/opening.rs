@@ -19,7 +19,18 @@ use sindyscope_values::record::Usage;
 use sindyscope_values::term::Kind;
 
 /// Jobs on the records that are open: with others they are in vain.
-const OF_THE_RECORDS: [Key; 6] = [Key::Choose, Key::Calibrate, Key::Fit, Key::Resample, Key::Pins, Key::Answers];
+const OF_THE_RECORDS: [Key; 10] = [
+    Key::Choose,
+    Key::Calibrate,
+    Key::Fit,
+    Key::Modes,
+    Key::ModalSearch,
+    Key::Component,
+    Key::ComponentSearch,
+    Key::Resample,
+    Key::Pins,
+    Key::Answers,
+];
 
 impl Update<'_> {
     pub(super) fn open_with(&mut self, opening: Opening) {

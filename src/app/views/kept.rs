@@ -1,10 +1,9 @@
-//! Figures of views that are kept until they would be others; those that take longer than a frame are made in the
-//! background.
+//! What the figures of views are made of, and which of them take longer than a frame.
 
-use std::collections::HashMap;
 use std::sync::{Arc, OnceLock, Weak};
 
 use super::picture::Picture;
+use crate::app::plot::beside::FiguresBeside;
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::view::{FigureResult, Subject, View, ViewOptions};
 
@@ -14,20 +13,11 @@ const AT_ONCE: usize = 1 << 13;
 const QUICK_AT_ONCE: usize = 1 << 18;
 
 /// The figures of all views.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ViewFigures(HashMap<View, One>);
-
-#[derive(Clone, Debug)]
-struct One {
-    made_of: MadeOf,
-    cell: Arc<OnceLock<FigureResult>>,
-    /// The last one that was finished.
-    shown: Option<Arc<OnceLock<FigureResult>>>,
-}
+pub(crate) type ViewFigures = FiguresBeside<View, MadeOf>;
 
 /// What a figure was made of. Weak references, so that the addresses compared are not given to newer outcomes meanwhile.
 #[derive(Clone, Debug)]
-struct MadeOf {
+pub(crate) struct MadeOf {
     outcome: Weak<Outcome>,
     previous: Weak<Outcome>,
     landscape: Weak<SettingsGrid>,
@@ -62,52 +52,12 @@ impl PartialEq for MadeOf {
     }
 }
 
-/// A figure as the kept cell holds it.
-pub(super) struct Ready(Arc<OnceLock<FigureResult>>);
-
-impl std::ops::Deref for Ready {
-    type Target = FigureResult;
-
-    fn deref(&self) -> &FigureResult {
-        static NOTHING: FigureResult = Err(String::new());
-        self.0.get().unwrap_or(&NOTHING)
-    }
-}
-
 impl ViewFigures {
-    /// True while a figure is being computed.
-    pub(crate) fn busy(&self) -> bool {
-        self.0.values().any(|one| one.cell.get().is_none())
-    }
-
-    /// The figure of a view could not be made, for this reason.
-    pub(crate) fn fail(&mut self, view: View, reason: String) {
-        if let Some(one) = self.0.get(&view) {
-            // One that was made meanwhile stays.
-            let _ = one.cell.set(Err(reason));
-        }
-    }
-
-    /// The figure of a view, or the last one while it is being made; none if there is no last one.
-    pub(super) fn shown(&self, view: View) -> Option<Ready> {
-        let one = self.0.get(&view)?;
-        let made = |cell: &&Arc<OnceLock<FigureResult>>| cell.get().is_some();
-        Some(&one.cell).filter(made).or(one.shown.as_ref().filter(made)).map(|cell| Ready(Arc::clone(cell)))
-    }
-
     /// Makes the figure of a view if it would be another now; one that takes longer than a frame is to be made in the
     /// background.
     pub(crate) fn attend(&mut self, view: View, picture: &Picture<'_>, options: &ViewOptions) -> Option<FigureRequest> {
-        let made_of = MadeOf::new(picture, options);
-        let known = self.0.get(&view);
-        // One at a time: while a slider is dragged, what is under way is let end and shown.
-        let under_way = known.is_some_and(|one| one.cell.get().is_none());
-        if under_way || known.is_some_and(|one| one.made_of == made_of) {
-            return None;
-        }
-        let shown = known.map(|one| Arc::clone(&one.cell));
-        let request = FigureRequest::new(view, picture, options);
-        self.0.insert(view, One { made_of, cell: Arc::clone(&request.cell), shown });
+        let cell = self.renew(view, MadeOf::new(picture, options))?;
+        let request = FigureRequest::new(view, picture, options, cell);
         if request.takes_longer_than_a_frame() {
             return Some(request);
         }
@@ -130,7 +80,7 @@ pub(crate) struct FigureRequest {
 }
 
 impl FigureRequest {
-    fn new(view: View, picture: &Picture<'_>, options: &ViewOptions) -> Self {
+    fn new(view: View, picture: &Picture<'_>, options: &ViewOptions, cell: Arc<OnceLock<FigureResult>>) -> Self {
         Self {
             view,
             outcome: Arc::clone(picture.outcome),
@@ -139,7 +89,7 @@ impl FigureRequest {
             pins: picture.pins.to_vec(),
             record: picture.record,
             options: options.clone(),
-            cell: Arc::new(OnceLock::new()),
+            cell,
         }
     }
 

@@ -15,11 +15,11 @@ use std::collections::{BTreeSet, HashMap};
 
 use egui::Id;
 
+use super::plot::beside::Ready;
 use super::plot::painter::{self, Look, Plots, Wish};
 use super::plot::palette::Ink;
 use super::plot::{display, legend, palette};
 use super::state::ViewState;
-use kept::Ready;
 pub(crate) use kept::{FigureRequest, ViewFigures};
 pub(crate) use picture::{MapProgress, Picture, ViewAct};
 use sindyscope_report::figure::{Figure, PanelRow};

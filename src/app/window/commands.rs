@@ -8,10 +8,12 @@ use egui::{Context, Theme, ThemePreference};
 use super::{App, with_extension};
 use crate::app::command_palette::Palette;
 use crate::app::commands::WindowCommand;
+use crate::app::component;
 use crate::app::dialogs::Chosen;
 use crate::app::jobs::{Job, Key};
 use crate::app::message::Message;
 use crate::app::missing::{self, WalkAct};
+use crate::app::modal;
 use crate::app::project::Project;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
@@ -30,7 +32,9 @@ impl App {
     pub(super) fn run(&mut self, command: WindowCommand, ctx: &Context, frame: &eframe::Frame) {
         let records = &self.program.derived.records;
         let (stem, room) = (records.stem("sindyscope"), self.program.state.shown.room);
-        let (empty, outcome) = (records.records.is_empty(), records.outcome.is_some());
+        let (empty, outcome) =
+            (records.records.is_empty(), records.outcome.is_some() && !self.by_modes() && !self.of_component());
+        let drawn = self.has_figure();
         match command {
             WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
             WindowCommand::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
@@ -56,7 +60,8 @@ impl App {
             WindowCommand::PlotPicture if room == Room::Rig => {
                 self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
-            WindowCommand::PlotPicture | WindowCommand::ExportModel | WindowCommand::SaveReport if !outcome => {}
+            WindowCommand::PlotPicture | WindowCommand::SaveReport if !drawn => {}
+            WindowCommand::ExportModel if !outcome => {}
             WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
@@ -180,16 +185,32 @@ impl App {
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
             Purpose::Log => SavedContent::Text(self.log()),
             Purpose::Model => SavedContent::Model(Arc::clone(derived.records.outcome.as_ref()?)),
+            Purpose::Plot if self.of_component() => {
+                let missing = state.shown.room == Room::Missing;
+                let room = &derived.component;
+                let of = if missing { room.diagnosed() } else { room.identified() };
+                let shown = (state.shown.component, state.shown.record);
+                SavedContent::Figure { svg: component::svg(ctx, of, shown, state.figure)?, title: shown.0.label() }
+            }
+            Purpose::Plot if state.shown.room == Room::Missing && self.by_modes() => SavedContent::Figure {
+                svg: modal::missing_svg(ctx, &derived.modal, &state.shown.modal, state.figure)?,
+                title: "Before and after",
+            },
             Purpose::Plot if state.shown.room == Room::Missing => {
                 // Drawn at once: what is saved is what is seen.
                 let of = (&derived.records, &state.document.edit);
                 let svg = missing::svg(ctx, &derived.missing, &self.canvas.walk, &self.figure, of, state.figure)?;
                 SavedContent::Figure { svg, title: self.figure.name() }
             }
+            Purpose::Plot if self.by_modes() => SavedContent::Figure {
+                svg: modal::svg(ctx, &derived.modal, &state.shown.modal, state.figure)?,
+                title: state.shown.modal.view.label(),
+            },
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
             Purpose::Table | Purpose::SaveEffects => SavedContent::Text(self.table.clone()),
             Purpose::Report(_) => {
-                let subject = ReportSubject::new(state, &derived.records, &derived.missing);
+                let subject =
+                    ReportSubject::new(state, &derived.records, &derived.missing, (&derived.modal, &derived.component));
                 SavedContent::Report(Box::new(subject.content()?))
             }
             Purpose::RigRecords => SavedContent::RigRecords(Box::new(derived.rig.made()?.clone())),

@@ -6,24 +6,39 @@ use egui::{CentralPanel, Context, Margin, Ui};
 
 use super::{App, Canvas, tabs};
 use crate::app::commands::WindowCommand;
+use crate::app::component::ComponentAct;
 use crate::app::figure_panel::FigurePanelOutcome;
 use crate::app::jobs::Key;
 use crate::app::message::{Message, Sought};
 use crate::app::missing::WalkAct;
+use crate::app::modal::ModalAct;
 use crate::app::panel::{self, PanelAct, PanelContext};
 use crate::app::plot::palette;
 use crate::app::program::WindowProgram;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::{self, ReportAct};
 use crate::app::rig::RigAct;
-use crate::app::state::{Edit, Room, Source, ViewState};
+use crate::app::state::{Edit, ModalShown, Room, Source, ViewState};
 use crate::app::views::{self, ViewAct};
-use crate::app::{figure_panel, lessons, missing, rig, status, toolbar, welcome};
+use crate::app::{component, figure_panel, lessons, missing, modal, rig, status, toolbar, welcome};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Calibration;
+use sindyscope_modes::BaseModel;
 
 /// Jobs that the line at the bottom tells of beside the fit, the first that runs.
-const OTHERS: [Key; 7] = [Key::Open, Key::Choose, Key::Calibrate, Key::Search, Key::Pages, Key::Rig, Key::SearchRound];
+const OTHERS: [Key; 11] = [
+    Key::Open,
+    Key::Choose,
+    Key::Calibrate,
+    Key::Modes,
+    Key::ModalSearch,
+    Key::Component,
+    Key::ComponentSearch,
+    Key::Search,
+    Key::Pages,
+    Key::Rig,
+    Key::SearchRound,
+];
 
 /// What a person did in a frame, to be done once it is drawn.
 #[derive(Default)]
@@ -38,6 +53,42 @@ struct FrameActs {
     report: Option<ReportForm>,
 }
 
+impl FrameActs {
+    /// Notes what was asked for of a structure's modes; `name` is the figure's.
+    fn modal(&mut self, act: Option<ModalAct>, name: &'static str, draft: &mut Edit) {
+        match act {
+            Some(ModalAct::ShowRecord(index)) => self.messages.push(Message::ShowRecord(index)),
+            Some(ModalAct::SavePicture) => self.commands.push(WindowCommand::PlotPicture),
+            Some(ModalAct::SaveTable(text)) => self.table = Some((name, text)),
+            Some(ModalAct::Poles(poles)) => draft.base.poles = poles,
+            Some(ModalAct::Search) => self.messages.push(Message::ModalSearch(true)),
+            Some(ModalAct::StopSearch) => self.messages.push(Message::ModalSearch(false)),
+            None => {}
+        }
+    }
+}
+
+impl FrameActs {
+    /// Notes what was asked for of a component; `name` is the figure's.
+    fn component(&mut self, act: Option<ComponentAct>, name: &'static str) {
+        self.messages.extend(match act {
+            Some(ComponentAct::View(view)) => Some(Message::Component(view)),
+            Some(ComponentAct::ShowRecord(index)) => Some(Message::ShowRecord(index)),
+            Some(ComponentAct::Search) => Some(Message::ComponentSearch(true)),
+            Some(ComponentAct::StopSearch) => Some(Message::ComponentSearch(false)),
+            Some(ComponentAct::SavePicture) => {
+                self.commands.push(WindowCommand::PlotPicture);
+                None
+            }
+            Some(ComponentAct::SaveTable(text)) => {
+                self.table = Some((name, text));
+                None
+            }
+            None => None,
+        });
+    }
+}
+
 impl App {
     /// The bars at the top and at the bottom, and the strip of the open lesson.
     pub(super) fn bars(&mut self, ui: &mut Ui, frame: &eframe::Frame) {
@@ -49,7 +100,9 @@ impl App {
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let bar = toolbar::Toolbar { can_undo, can_redo, opening, state, data: &derived.records };
+        let (drawn, exported) =
+            (self.has_figure(), derived.records.outcome.is_some() && !self.by_modes() && !self.of_component());
+        let bar = toolbar::Toolbar { drawn, exported, can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
             match asked {
@@ -58,7 +111,10 @@ impl App {
             }
         }
         let derived = &self.program.derived;
+        let said =
+            if self.of_component() { Some(String::new()) } else { self.by_modes().then(|| derived.modal.said()) };
         let mut line = status::Status {
+            said,
             fitting: derived.progress(&Key::Fit),
             other: OTHERS.iter().find_map(|key| derived.progress(key)),
             opening,
@@ -111,20 +167,24 @@ impl App {
         // What is drawn changes drafts: a difference is a message.
         let mut draft = self.program.state.document.edit.clone();
         let mut views = self.program.state.shown.views.clone();
+        let mut modal = self.program.state.shown.modal.clone();
         self.canvas.walk.view.clone_from(&self.program.state.shown.walk);
         if let Some(text) = self.program.derived.missing.effects_file.take() {
             self.canvas.walk.take_effects(&text);
         }
         let opened = !self.program.derived.records.records.is_empty();
         if opened || self.program.derived.refused.is_some() {
-            self.columns(ui, &mut draft, &mut done);
+            self.columns(ui, (&mut draft, &mut modal), &mut done);
         }
-        centre(ui, |ui| self.centre(ui, (&mut draft, &mut views), &mut done));
+        centre(ui, |ui| self.centre(ui, (&mut draft, &mut views, &mut modal), &mut done));
         if draft != self.program.state.document.edit {
             self.program.send(Message::Edit(Box::new(draft)));
         }
         if self.canvas.walk.view != self.program.state.shown.walk {
             self.program.send(Message::WalkView(Box::new(self.canvas.walk.view.clone())));
+        }
+        if modal != self.program.state.shown.modal {
+            self.program.send(Message::Modal(Box::new(modal)));
         }
         // Units are chosen in menus that know no draft.
         views.units.clone_from(&self.program.state.shown.views.units);
@@ -154,7 +214,7 @@ impl App {
     }
 
     /// The columns beside the plots.
-    fn columns(&mut self, ui: &mut Ui, draft: &mut Edit, done: &mut FrameActs) {
+    fn columns(&mut self, ui: &mut Ui, (draft, modal): (&mut Edit, &mut ModalShown), done: &mut FrameActs) {
         let now = ui.input(|i| i.time);
         let WindowProgram { state, derived, .. } = &self.program;
         let Canvas { typing, walk, report, .. } = &mut self.canvas;
@@ -177,17 +237,39 @@ impl App {
             asks: &mut done.asks,
         };
         panel::left(ui, &mut context, room, |ui, context| match room {
+            Room::Report if context.edit.component || context.edit.base.model == BaseModel::Modes => {
+                report::title_controls(ui, &mut context.edit.report, &context.data.title);
+            }
             Room::Report => {
                 report::controls(ui, &derived.report, report, &mut context.edit.report, &context.data.title);
             }
+            _ if context.edit.component => {}
+            _ if context.edit.base.model == BaseModel::Modes => modal::controls(ui, context.edit),
             _ => done.walk = missing::controls(ui, &derived.missing, walk, context.data, context.edit),
         });
         if context.data.records.is_empty() {
             return;
         }
+        if context.edit.component {
+            let found = &derived.component;
+            let (of, noise, failure) = match found.search.found().filter(|_| room == Room::Missing) {
+                Some(diagnosis) => (found.diagnosed(), Some(diagnosis.found.noise_floor), None),
+                None => {
+                    let noise = found.fit.found().map(|analysis| analysis.found.noise_floor);
+                    (found.identified(), noise, found.fit.failure())
+                }
+            };
+            return panel::findings(ui, |ui| component::findings(ui, of, noise, failure));
+        }
         match room {
+            Room::Missing if context.edit.base.model == BaseModel::Modes => {
+                panel::findings(ui, |ui| modal::missing_findings(ui, &derived.modal, modal));
+            }
             Room::Missing => {
                 panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
+            }
+            _ if context.edit.base.model == BaseModel::Modes => {
+                panel::findings(ui, |ui| modal::findings(ui, &derived.modal, modal));
             }
             _ => panel::right(ui, &mut context, now),
         }
@@ -228,21 +310,46 @@ impl App {
         self.program.send(message);
     }
 
-    fn centre(&mut self, ui: &mut Ui, (draft, views): (&mut Edit, &mut ViewState), done: &mut FrameActs) {
+    fn centre(
+        &mut self,
+        ui: &mut Ui,
+        (draft, views, modal): (&mut Edit, &mut ViewState, &mut ModalShown),
+        done: &mut FrameActs,
+    ) {
         let WindowProgram { state, derived, .. } = &self.program;
         let (shown, canvas) = (&state.shown, &mut self.canvas);
         match (&derived.records.outcome, shown.room) {
             _ if derived.records.records.is_empty() => done.commands.extend(welcome::show(ui, derived.opening())),
+            (_, Room::Identify | Room::Missing) if draft.component => {
+                let (room, of) = (&derived.component, (shown.component, shown.record));
+                let act = if shown.room == Room::Missing {
+                    let progress = derived.progress(&Key::ComponentSearch);
+                    component::show_missing(ui, room, progress, of, &mut canvas.structure)
+                } else {
+                    component::show(ui, room, of, &mut canvas.structure)
+                };
+                done.component(act, shown.component.label());
+            }
+            (_, Room::Missing) if draft.base.model == BaseModel::Modes => {
+                let progress = derived.progress(&Key::ModalSearch);
+                let act = modal::show_missing(ui, &derived.modal, progress, modal, &mut canvas.structure);
+                done.modal(act, "before and after", draft);
+            }
             (_, Room::Missing) => {
                 let of = (&derived.records, &*draft);
                 let mass = &mut views.options.freedom;
                 done.walk.extend(missing::show(ui, &derived.missing, &mut canvas.walk, of, mass));
             }
-            (Some(_), Room::Report) => match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
-                Some(ReportAct::Save(saved)) => done.report = Some(saved),
-                Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
-                None => {}
-            },
+            (_, Room::Report)
+                if draft.component || draft.base.model == BaseModel::Modes || derived.records.outcome.is_some() =>
+            {
+                match report::show(ui, &derived.report, &mut canvas.report, &mut draft.report) {
+                    Some(ReportAct::Save(saved)) => done.report = Some(saved),
+                    Some(ReportAct::Width(width)) => done.messages.push(Message::PageWidth(width)),
+                    None => {}
+                }
+            }
+            (_, Room::Identify) if draft.base.model == BaseModel::Modes => self.modal(ui, (draft, modal), done),
             (outcome, _) => {
                 if shown.cutting
                     && let Some(steps) = canvas.cutter.show(ui, &derived.records, &draft.steps, shown.record)
@@ -258,6 +365,20 @@ impl App {
                 }
             }
         }
+    }
+
+    /// The views of a structure's modes.
+    fn modal(&mut self, ui: &mut Ui, (draft, modal): (&mut Edit, &mut ModalShown), done: &mut FrameActs) {
+        let WindowProgram { state, derived, .. } = &self.program;
+        let (shown, canvas) = (&state.shown, &mut self.canvas);
+        if shown.cutting
+            && let Some(steps) = canvas.cutter.show(ui, &derived.records, &draft.steps, shown.record)
+        {
+            done.messages.push(Message::Prepare(steps));
+        }
+        let of = (&derived.records, shown.record, derived.fitted);
+        let act = modal::show(ui, &derived.modal, modal, of, &mut canvas.modal);
+        done.modal(act, modal.view.label(), draft);
     }
 
     /// The tabs and the view that is open.
@@ -301,8 +422,11 @@ impl App {
     pub(super) fn figure_panel(&mut self, ctx: &Context, frame: &eframe::Frame) {
         let state = &self.program.state;
         let name = match state.shown.room {
-            _ if !self.figure_open || self.program.derived.records.outcome.is_none() => return,
+            _ if !self.figure_open || !self.has_figure() => return,
+            Room::Identify | Room::Missing if state.document.edit.component => state.shown.component.label(),
+            Room::Identify if state.document.edit.base.model == BaseModel::Modes => state.shown.modal.view.label(),
             Room::Identify => state.shown.view.label(),
+            Room::Missing if state.document.edit.base.model == BaseModel::Modes => "Before and after",
             Room::Missing => self.figure.name(),
             Room::Rig | Room::Report => return,
         };

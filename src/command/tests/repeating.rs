@@ -7,7 +7,7 @@ use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::super::report::{DocumentOptions, PaperName};
+use super::super::report::{DocumentOptions, PaperName, PoleOptions, ReportBase};
 use super::super::request::StudyRequest;
 use super::super::{Cli, Command};
 use clap::Parser;
@@ -183,7 +183,8 @@ fn document() -> impl Strategy<Value = DocumentOptions> {
     (search, look).prop_map(|((diagnose, base, max_effects, effects), (title, sections, letter))| DocumentOptions {
         out: "it's a report.html".into(),
         diagnose,
-        base: base.filter(|_| diagnose),
+        base: base.filter(|_| diagnose).map(ReportBase::Terms),
+        poles: PoleOptions::default(),
         max_effects: if diagnose { max_effects } else { MAX_EFFECTS },
         effects: effects.filter(|_| diagnose),
         title,

@@ -90,15 +90,23 @@ impl FrequencyResponse {
         averages: usize,
         noisy_input: bool,
     ) -> Result<Self, NoResponse> {
-        let drives: Vec<DrivenRecord<'_>> =
-            records.iter().filter_map(|k| DrivenRecord::new(outcome.records.get(*k)?, freedom, input)).collect();
+        let drives: Vec<DrivenSeries<'_>> =
+            records.iter().filter_map(|k| driven(outcome.records.get(*k)?, freedom, input)).collect();
+        Self::of_series(&drives, averages, noisy_input)
+    }
+
+    /// The same of series of whatever kind; `averages` and `noisy_input` as for [`Self::new`].
+    ///
+    /// # Errors
+    /// What the series lack.
+    pub fn of_series(drives: &[DrivenSeries<'_>], averages: usize, noisy_input: bool) -> Result<Self, NoResponse> {
         if drives.is_empty() {
             return Err(NoResponse::NoInput);
         }
         let mut response = Self::default();
         let mut broad = Vec::new();
         let mut loud = false;
-        for drive in &drives {
+        for drive in drives {
             let mean = drive.input.iter().sum::<f64>() / drive.input.len().max(1) as f64;
             let power: f64 = drive.input.iter().map(|u| (u - mean).powi(2)).sum();
             let level: f64 = drive.input.iter().map(|u| u * u).sum();
@@ -122,15 +130,13 @@ impl FrequencyResponse {
         Ok(response)
     }
 
-    fn average(&mut self, drives: &[&DrivenRecord<'_>], averages: usize, noisy_input: bool) {
+    fn average(&mut self, drives: &[&DrivenSeries<'_>], averages: usize, noisy_input: bool) {
         let Some(longest) = drives.iter().max_by_key(|d| d.input.len()) else { return };
-        let interval = longest.record.record.interval;
+        let interval = longest.interval;
         // k segments that overlap by half are (k + 1) / 2 segments long.
         let wanted = 2 * longest.input.len() / (averages + 1);
         let length = (wanted / 2 * 2).max(FEWEST);
-        let alike = drives
-            .iter()
-            .filter(|d| d.input.len() >= length && (d.record.record.interval / interval - 1.0).abs() < 1e-6);
+        let alike = drives.iter().filter(|d| d.input.len() >= length && (d.interval / interval - 1.0).abs() < 1e-6);
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
         let window: Vec<f64> = (0..length).map(|k| 0.5 - 0.5 * (TAU * k as f64 / length as f64).cos()).collect();
         let lines = length / 2 + 1;
@@ -219,28 +225,36 @@ impl Power {
     }
 }
 
-/// One record's input and response.
-struct DrivenRecord<'a> {
-    record: &'a RecordOutcome,
-    input: &'a [f64],
-    measured: &'a [f64],
-    simulated: &'a [f64],
+/// One record's input and response, evenly sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct DrivenSeries<'a> {
+    /// The record's name.
+    pub name: &'a str,
+    /// Sampling interval, s.
+    pub interval: f64,
+    /// What drives.
+    pub input: &'a [f64],
+    /// The response as it was measured, as long.
+    pub measured: &'a [f64],
+    /// The model's response; shorter where it did not last.
+    pub simulated: &'a [f64],
 }
 
-impl<'a> DrivenRecord<'a> {
-    fn new(record: &'a RecordOutcome, freedom: usize, input: usize) -> Option<Self> {
-        let values = |role: Role| record.record.channel(role).map(|c| &*c.values);
-        Some(Self {
-            record,
-            input: values(Role::Input(input))?,
-            measured: values(Role::Displacement(freedom))?,
-            simulated: record.channels.get(freedom).map_or(&[], |c| &c.response),
-        })
-    }
+fn driven(record: &RecordOutcome, freedom: usize, input: usize) -> Option<DrivenSeries<'_>> {
+    let values = |role: Role| record.record.channel(role).map(|c| &*c.values);
+    Some(DrivenSeries {
+        name: &record.record.name,
+        interval: record.record.interval,
+        input: values(Role::Input(input))?,
+        measured: values(Role::Displacement(freedom))?,
+        simulated: record.channels.get(freedom).map_or(&[], |c| &c.response),
+    })
+}
 
+impl DrivenSeries<'_> {
     /// The response at the input's tone if that is all it is; from the record's second half, where a transient has gone.
     fn tone(&self) -> Option<Tone> {
-        let interval = self.record.record.interval;
+        let interval = self.interval;
         let half = self.input.len() / 2;
         let tail = self.input.get(half..)?;
         let mut frequency = Spectrum::new(tail, interval)?.peak()?.frequency;
@@ -258,7 +272,7 @@ impl<'a> DrivenRecord<'a> {
             Some([ratio.norm(), degrees(ratio.arg())])
         };
         Some(Tone {
-            record: self.record.record.name.clone(),
+            record: self.name.to_owned(),
             frequency,
             measured: response(self.measured)?,
             simulated: response(self.simulated),

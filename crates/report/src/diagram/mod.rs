@@ -17,7 +17,7 @@ mod tests;
 pub use bins::{BinnedMeans, CellMeans};
 pub use decay::{Decay, NoDecay};
 pub use element::{Element, ElementEnds, ElementSamples};
-pub use frequency_response::{FrequencyResponse, NoResponse, ResponseEstimate, Tone};
+pub use frequency_response::{DrivenSeries, FrequencyResponse, NoResponse, ResponseEstimate, Tone};
 pub use friction::FrictionForce;
 pub use residual::{Correlation, Histogram, Partner, Residual, ResidualSource};
 pub use restoring::{RestoringForce, Slice};

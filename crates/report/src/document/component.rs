@@ -6,11 +6,10 @@ use super::content::{Block, Cell, DocumentTable, Tile};
 use super::drawings::drawn;
 use super::font::Fonts;
 use super::math::{self, EquationRows, Math};
-use super::{DocumentFormat, Paper, ReportError, html, page, pdf};
+use super::{Paper, ReportError, page, write_blocks};
+use crate::component::ComponentView;
 use crate::figure::svg::Extent;
-use crate::figure::{Axis, Figure, Layer, Panel, PanelRow, Points, Shape, lead};
-use crate::palette::Ink;
-use sindyscope_component::{ComponentModel, ForceFit, GivenMotion, Specimen};
+use sindyscope_component::{ComponentModel, ForceFit, Specimen};
 use sindyscope_core::study::Score;
 use sindyscope_values::format::equations::by_share;
 use sindyscope_values::format::number::{format_measured, significant};
@@ -42,19 +41,12 @@ impl ComponentReport<'_> {
     /// # Errors
     /// An ending that stands for none; a file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        let blocks = self.blocks();
-        let bytes = match DocumentFormat::of(path)? {
-            DocumentFormat::Html => html::document(self.title, &blocks).into_bytes(),
-            DocumentFormat::Pdf => {
-                let fonts = Fonts::new();
-                pdf::document(&page::pages(&blocks, &fonts, self.paper, self.title), self.title, &fonts)?
-            }
-            DocumentFormat::Png => {
-                let fonts = Fonts::new();
-                fonts.png(&page::sheet(&blocks, &fonts), page::SCALE)?
-            }
-        };
-        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+        write_blocks(path, self.title, self.paper, &self.blocks())
+    }
+
+    /// The pages of paper, each as an SVG document that uses the window's fonts.
+    pub fn pages(&self) -> Vec<String> {
+        page::pages(&self.blocks(), &Fonts::new(), self.paper, self.title)
     }
 
     fn blocks(&self) -> Vec<Block> {
@@ -72,11 +64,10 @@ impl ComponentReport<'_> {
         blocks.push(Block::Equations(self.equations()));
         blocks.push(Block::Table(self.coefficients()));
         blocks.push(Block::Heading("Force over displacement and velocity".into()));
-        let pairs = self.model.records.iter().zip(self.specimen.motions());
         blocks.extend(
-            pairs
-                .take(RECORDS_DRAWN)
-                .map(|(fit, motion)| Block::Figure(drawn(&self.loops(fit, &motion), &Extent::PAGE))),
+            (0..self.model.records.len().min(RECORDS_DRAWN))
+                .filter_map(|record| ComponentView::Loops.figure(self.specimen, self.model, record))
+                .map(|figure| Block::Figure(drawn(&figure, &Extent::PAGE))),
         );
         blocks.push(Block::Heading("Errors and energy".into()));
         blocks.push(Block::Table(self.errors()));
@@ -135,35 +126,6 @@ impl ComponentReport<'_> {
         DocumentTable {
             head: vec!["record", "", "RMSE", "of the force", "energy taken, of the measured"],
             rows: self.model.records.iter().map(row).collect(),
-        }
-    }
-
-    /// The force over displacement, and over velocity.
-    fn loops(&self, fit: &ForceFit, motion: &GivenMotion<'_>) -> Figure {
-        let (name, unit) = self.specimen.force();
-        let identified: Vec<f64> = motion.force.iter().zip(&fit.residual).map(|(f, e)| f - e).collect();
-        let panel = |id: &'static str, symbol: &str, over: &[f64], over_unit: String| {
-            let range = lead(over.iter().copied(), std::iter::empty());
-            let force = lead(motion.force.iter().copied(), identified.iter().copied());
-            let mut panel = Panel::new(id, Axis::linear(symbol, over_unit, range), Axis::linear(name, unit, force));
-            for (ink, name, values) in
-                [(Ink::Measured, "measured", motion.force), (Ink::Identified, "identified", &identified)]
-            {
-                panel.layers.push(Layer::new(ink, name, Shape::Line(Points::of(over, values))));
-            }
-            panel
-        };
-        let of_symbol = |symbol| self.specimen.unit(symbol);
-        let panels = vec![
-            panel("over-displacement", "x", motion.displacement, of_symbol(Symbol::State(0))),
-            panel("over-velocity", "v", motion.velocity, of_symbol(Symbol::Rate(0))),
-        ];
-        let held_out = if fit.usage == Usage::HeldOut { " (held out)" } else { "" };
-        Figure {
-            rows: vec![PanelRow::new(panels, 1.0)],
-            legend: Vec::new(),
-            caption: format!("Force of record {}{held_out} over displacement and over velocity.", fit.name),
-            height: 260.0,
         }
     }
 }

@@ -10,6 +10,7 @@ mod drawings;
 mod font;
 mod html;
 mod math;
+mod modes;
 mod page;
 mod pdf;
 mod report;
@@ -31,6 +32,7 @@ use sindyscope_values::record::RecordSet;
 
 pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
 pub use component::ComponentReport;
+pub use modes::ModesReport;
 pub use report::{Report, ReportError};
 pub use single::{FigureFormat, FigureSize};
 
@@ -128,6 +130,22 @@ impl Report<'_> {
             own => own,
         }
     }
+}
+
+/// Writes blocks as the document that the file's ending asks for.
+fn write_blocks(path: &Path, title: &str, paper: Paper, blocks: &[content::Block]) -> Result<(), ReportError> {
+    let bytes = match DocumentFormat::of(path)? {
+        DocumentFormat::Html => html::document(title, blocks).into_bytes(),
+        DocumentFormat::Pdf => {
+            let fonts = Fonts::new();
+            pdf::document(&page::pages(blocks, &fonts, paper, title), title, &fonts)?
+        }
+        DocumentFormat::Png => {
+            let fonts = Fonts::new();
+            fonts.png(&page::sheet(blocks, &fonts), page::SCALE)?
+        }
+    };
+    std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
 }
 
 /// A page of a report as pixels: `width` × `height`, four bytes each, red first, opacity last and multiplied into the others.

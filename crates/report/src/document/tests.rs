@@ -293,7 +293,7 @@ fn the_ending_decides() {
 fn the_walk_is_told_in_every_document() {
     use sindyscope_search::{
         Added, Beginnings, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,
-        Parameter, Place, Remaining, Round, Stage, Standing, Trace, Verdict,
+        NextExperiment, Parameter, Place, Remaining, Round, Stage, Standing, Trace, Verdict,
     };
     let outcome = outcome();
     let stage = |effects: Vec<Added>, rmse: f64| {

@@ -123,7 +123,10 @@ impl Axis {
                 let apart = if apart.is_finite() { apart } else { high - low };
                 let every = ((2.5 * step / apart).ceil().max(1.0)) as usize;
                 let shown = names.iter().step_by(every).filter(|(at, _)| (low..=high).contains(at));
-                shown.map(|(at, _)| TickMark { at: *at, step: (every as f64 * apart).max(4.0 * step) }).collect()
+                // A digit or two need less room than words.
+                let short = names.iter().all(|(_, name)| name.chars().count() <= 2);
+                let least = if short { 10.0 } else { 4.0 } * step;
+                shown.map(|(at, _)| TickMark { at: *at, step: (every as f64 * apart).max(least) }).collect()
             }
             _ if self.logarithmic => decades(low, high, step),
             Ticks::Degrees => degrees(low, high, step),

@@ -32,7 +32,9 @@ pub use front::dot as front_point;
 pub use map::{MapQuantity, PARSIMONIOUS_SIGN, remark as setting_remark};
 pub use scene::Scene;
 pub(crate) use scene::time_range;
+pub(crate) use spectrum::value_range;
 pub use transfer::{AVERAGES, USUAL_AVERAGES};
+pub(crate) use transfer::{quotient, runs};
 
 /// What a view shows, and how.
 #[derive(Clone, Copy, Debug)]

@@ -72,8 +72,8 @@ fn noise_level(scene: &Scene<'_>) -> Option<f64> {
     scene.noise().map(|n| n * (6.0 / scene.measured().len() as f64).sqrt())
 }
 
-/// From a little below the quiet half of the lines to the highest.
-fn value_range<'a>(spectra: impl Iterator<Item = &'a Spectrum>, level: Option<f64>) -> (f64, f64) {
+/// From a little below the quiet half of the lines to the highest, as logarithms to base ten.
+pub(crate) fn value_range<'a>(spectra: impl Iterator<Item = &'a Spectrum>, level: Option<f64>) -> (f64, f64) {
     let (mut low, mut high) = (level.unwrap_or(f64::INFINITY), 0.0f64);
     for spectrum in spectra {
         let mut sorted: Vec<f64> = spectrum.amplitudes[1..].to_vec();

@@ -75,8 +75,8 @@ fn reason(why: NoResponse) -> String {
     .to_owned()
 }
 
-/// The unit of a displacement over that of an input.
-fn quotient(displacement: &str, input: &str) -> String {
+/// The unit of a response over that of an input.
+pub(crate) fn quotient(displacement: &str, input: &str) -> String {
     match (displacement, input) {
         (x, u) if x == u => String::new(),
         (x, "") => x.to_owned(),
@@ -215,7 +215,7 @@ impl TransferPicture<'_> {
 }
 
 /// Lines through points that are beside each other; lone ones are dots.
-fn runs(points: impl Iterator<Item = [f64; 2]>, step: f64) -> Vec<Shape> {
+pub(crate) fn runs(points: impl Iterator<Item = [f64; 2]>, step: f64) -> Vec<Shape> {
     let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
     let mut last = f64::NEG_INFINITY;
     for point in points.filter(|p| p[0].is_finite() && p[1].is_finite()) {

@@ -1,0 +1,79 @@
+//! What a search for a structure's missing force came to, in words.
+
+use sindyscope_modes::{Effect, Sensor, Site, Structure, StructureDiagnosis};
+use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::record::Usage;
+
+/// A force as a term of the equations, by the names of its sensors.
+pub fn force_term(effect: Effect, site: Site, sensors: &[Sensor]) -> String {
+    let several = sensors.iter().any(|s| s.place() > 0);
+    let symbol =
+        |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
+    let across = |letter: &str| match site {
+        Site::Ground(i) => symbol(letter, i),
+        Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
+    };
+    match effect {
+        Effect::CubicStiffness => format!("{}^3", across("x")),
+        Effect::CoulombFriction => format!("sgn({})", across("v").trim_matches(['(', ')'])),
+        Effect::Clearance => format!("clearance({})", across("x").trim_matches(['(', ')'])),
+        Effect::QuadraticDamping => format!("{v}*abs({v})", v = across("v")),
+        Effect::QuadraticStiffness => format!("{}^2", across("x")),
+    }
+}
+
+/// What is left once all is found, as a part of a sentence.
+pub fn remaining(found: &StructureDiagnosis) -> String {
+    let noises = significant(found.noises, 3);
+    if found.explained {
+        format!("what is left on data never fitted is {noises} times the noise")
+    } else {
+        format!(
+            "what is left on data never fitted is {noises} times the noise: something else may act, or the noise grows with the motion"
+        )
+    }
+}
+
+/// The verdict in one sentence.
+pub fn verdict(found: &StructureDiagnosis) -> &'static str {
+    match (found.verdict(), &found.found) {
+        ("nothing_missing", _) => "Nothing is missing: the linear model explains the data.",
+        ("named", _) => "A force is missing, and these data name it.",
+        ("ambiguous", _) => "A force is missing, and these data do not tell which.",
+        (_, Some(_)) => "The best of the forces tried; what is left is more than the noise.",
+        (_, None) => "Something is missing, and no force of those tried explains it.",
+    }
+}
+
+/// What the search came to, a sentence each: the linear model's error, then the force with its values and why it stands.
+pub fn diagnosis_lines(found: &StructureDiagnosis) -> Vec<String> {
+    let error = |s: &Structure| s.score(0, Usage::HeldOut).or_else(|| s.score(0, Usage::Fit));
+    let mut lines = Vec::new();
+    if let (Some(score), Some(sensor)) = (error(&found.base), found.base.sensors.first()) {
+        lines.push(format!("Linear modes alone: NRMSE {} % of {}.", significant(100.0 * score.nrmse, 3), sensor.name));
+    }
+    let Some(force) = &found.found else {
+        lines.push(verdict(found).to_owned());
+        return lines;
+    };
+    let with = error(&found.last).map(|s| format!(", NRMSE {} % with it", significant(100.0 * s.nrmse, 3)));
+    let term = force_term(force.effect, force.site, &found.last.sensors);
+    lines.push(format!("{} at {}: {term}{}.", force.effect.title(), force.site, with.unwrap_or_default()));
+    for p in &force.parameters {
+        lines.push(format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit));
+    }
+    lines.push(format!(
+        "It leads {} by {} in log predictive density on {} of {} blocks never fitted.",
+        if force.lead.against == "none" { "the linear model" } else { &force.lead.against },
+        significant(force.lead.difference, 3),
+        force.lead.won,
+        force.lead.blocks
+    ));
+    lines.extend(
+        force
+            .rivals
+            .iter()
+            .map(|(effect, site)| format!("These data do not tell it from: {} at {site}.", effect.title())),
+    );
+    lines
+}

@@ -1,0 +1,42 @@
+//! What was found of a component.
+
+use crate::app::answer::Answer;
+use crate::app::plot::figures::Figures;
+use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
+use sindyscope_analysis::{KindName, Reading, RecordSource};
+use sindyscope_component::{ComponentModel, Specimen};
+use sindyscope_files::ReadOptions;
+use sindyscope_values::record::Usage;
+
+/// What an answer belongs to: the records' generation, and what each record is used for.
+pub(crate) type Asked = (u64, Vec<Usage>);
+
+/// What was found of a component.
+#[derive(Debug, Default)]
+pub(crate) struct ComponentRoom {
+    /// The force.
+    pub(crate) fit: Answer<Asked, ComponentAnalysis>,
+    /// What it lacks.
+    pub(crate) search: Answer<Asked, DiagnosedComponent>,
+}
+
+/// What the drawing keeps.
+pub(crate) type ComponentCanvas = Figures;
+
+/// The source by which the analysis knows which channel is the force.
+pub(crate) fn request(reading: &ReadOptions) -> RecordSource {
+    let reading = Reading { columns: reading.columns.clone(), kind: KindName::Component, ..Reading::default() };
+    RecordSource { reading, ..RecordSource::default() }
+}
+
+impl ComponentRoom {
+    /// The component with the model that Identify shows.
+    pub(crate) fn identified(&self) -> Option<(&Specimen, &ComponentModel)> {
+        self.fit.found().map(|analysis| (&analysis.specimen, &analysis.found.model))
+    }
+
+    /// The component with the model that "What's missing" came to.
+    pub(crate) fn diagnosed(&self) -> Option<(&Specimen, &ComponentModel)> {
+        self.search.found().map(|found| (&found.specimen, found.found.last()))
+    }
+}

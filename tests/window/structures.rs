@@ -1,0 +1,153 @@
+//! Structures by their modes: the program proposes them, and shows where they come from.
+
+use sindyscope_rig::{
+    Excitation, MeasuredChannel, MeasuredQuantity, Noise, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup,
+};
+use sindyscope_values::model::{Equation, Model};
+use sindyscope_values::record::Role as ChannelRole;
+
+use super::*;
+
+/// Stiffness of each spring over its mass, ground – 1 – 2 – 3, 1/s²: modes at 1.945, 4.945 and 7.44 Hz.
+const SPRINGS: [f64; 3] = [900.0, 700.0, 500.0];
+
+/// Three masses with three accelerometers, driven at the first: two records.
+fn instrumented(folder: &Path) -> PathBuf {
+    let term = |text: &str| Term::parse(text).unwrap();
+    let [a, b, c] = SPRINGS;
+    let part = |x: &str, v: &str, k: f64| [(term(x), k), (term(v), 8e-4 * k)];
+    let first = part("x1", "v1", -a).into_iter().chain(part("x2-x1", "v2-v1", b)).chain([(term("u"), 1.0)]);
+    let second = part("x2-x1", "v2-v1", -b).into_iter().chain(part("x3-x2", "v3-v2", c));
+    let third = part("x3-x2", "v3-v2", -c);
+    let smooth = Model::second_order(1, vec![Equation::known(first), Equation::known(second), Equation::known(third)]);
+    let plant = Plant { smooth, contacts: Vec::new() };
+    let noisy = Sensor::noisy(Noise::ShareOfRms(0.01));
+    let accelerometer = |i: usize| {
+        let quantity = MeasuredQuantity::Rate(3 + i);
+        MeasuredChannel::new(format!("a{}", i + 1), ChannelRole::Acceleration(i), "m/s^2", quantity, noisy)
+    };
+    let force = MeasuredChannel::new("u", ChannelRole::Input(0), "N", MeasuredQuantity::Input(0), Sensor::PERFECT);
+    let sampling = SampleTimes { start: 0.0, interval: 0.02, count: 1500 };
+    let drives = (0..2_u64).map(|k| {
+        let force = Excitation::multisine(40.0, (0.5, 10.0), 60, 11 + k);
+        RecordDrive::new(format!("run {}", k + 1), vec![force], vec![0.0; 6], sampling)
+    });
+    let sensors = Sensors::new((0..3).map(accelerometer).chain([force]));
+    let setup = Setup { plant, drives: drives.collect(), sensors, seed: 3 };
+    let path = folder.join("frame.csv");
+    write_csv(&setup.run().unwrap().records, &mut std::fs::File::create(&path).unwrap(), &[]).unwrap();
+    path
+}
+
+fn frequencies(window: &Window) -> Vec<f64> {
+    let analysis = window.app().modes().expect("modes");
+    let structure = &analysis.structure;
+    structure.modes.iter().zip(&structure.in_band).filter(|(_, inside)| **inside).map(|(m, _)| m.frequency).collect()
+}
+
+#[test]
+fn many_sensors_are_proposed_as_a_structure_and_its_modes_are_found() {
+    let home = tempfile::tempdir().unwrap();
+    let session = home.path().join("state/session.json");
+    let mut window = Window::revived(&session, vec![instrumented(home.path())]);
+    assert!(window.shows("3 accelerations are measured"), "the program asks");
+    window.click("Identify its modes");
+    let found = frequencies(&window);
+    assert_eq!(found.len(), 3, "{found:?}");
+    for (found, wanted) in found.iter().zip([1.945, 4.945, 7.44]) {
+        assert!((found / wanted - 1.0).abs() < 1e-3, "{found} Hz is not {wanted} Hz");
+    }
+    for text in ["Mode 1: ", "Mode 3: ", "MPC", "fitted error", "noise floor", "stable frequency"] {
+        assert!(window.shows(text), "{text}");
+    }
+    look_at(&mut window, "modes_stabilization");
+
+    window.click("Responses");
+    assert!(window.shows("coherence"));
+    look_at(&mut window, "modes_responses");
+    window.click("Shapes");
+    assert!(window.shows("modal assurance criterion"));
+    look_at(&mut window, "modes_shapes");
+
+    // The session knows the base and the view.
+    drop(window);
+    window = Window::revived(&session, Vec::new());
+    assert_eq!(frequencies(&window), found);
+    assert!(window.shows("modal assurance criterion"), "the view that was open is open");
+
+    // The chain is a choice all the same, and undo takes it back.
+    window.click("chain of masses");
+    assert!(window.shows("EQUATION") && !window.shows("Identify its modes"), "it is not asked again");
+    window.press(CTRL, Key::Z);
+    assert_eq!(frequencies(&window), found);
+}
+
+#[test]
+fn the_number_of_modes_is_a_choice_and_the_report_tells_them() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::of_files(vec![instrumented(home.path())]);
+    window.click("modes");
+    let count = frequencies(&window).len();
+    window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
+    window.settle();
+    window.0.get_by_role_and_label(Role::Button, "2").click();
+    window.settle();
+    assert_eq!((count, window.app().modes().unwrap().structure.modes.len()), (3, 2));
+    window.press(CTRL, Key::Z);
+    assert_eq!(frequencies(&window).len(), 3);
+
+    window.click("What's missing");
+    window.click("Find what's missing");
+    assert!(window.shows("Nothing is missing: the linear model explains the data."));
+    look_at(&mut window, "modes_missing");
+    window.click("Report");
+    assert!(window.shows("Page 1 of "));
+    look_at(&mut window, "modes_report");
+    window.click("Save HTML…");
+    let page = home.path().join("frame.html");
+    window.give_path(&page, "Save");
+    let page = std::fs::read_to_string(page).unwrap();
+    for text in ["Stabilization diagram", "damping ratio (%)", "Nothing is missing"] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn a_component_gets_the_equation_of_its_force() {
+    let home = tempfile::tempdir().unwrap();
+    let options = sindyscope_rig::ComponentOptions {
+        seed: 3,
+        effect: Some("coulomb_friction".into()),
+        ..sindyscope_rig::ComponentOptions::default()
+    };
+    let (records, comments) = sindyscope_rig::component_records(&options).unwrap();
+    let path = home.path().join("damper.csv");
+    write_csv(&records, &mut std::fs::File::create(&path).unwrap(), &comments).unwrap();
+    let session = home.path().join("state/session.json");
+    let mut window = Window::revived(&session, vec![path]);
+    window.click("component without a mass");
+    let found = window.app().component().expect("a force").clone();
+    assert!(found.found.model.force.terms.iter().any(|t| t.term == Term::parse("sgn(v)").unwrap()));
+    assert!(window.shows("F =") && window.shows("energy"), "the equation and the records");
+    look_at(&mut window, "component_loops");
+    window.click("Force");
+    look_at(&mut window, "component_force");
+    window.click("Energy");
+    look_at(&mut window, "component_energy");
+
+    window.click("What's missing");
+    window.click("Find what's missing");
+    let verdict = window.app().component_diagnosis().expect("a diagnosis").found.verdict();
+    assert_eq!(verdict, "named");
+    assert!(window.shows("Coulomb (dry) friction"));
+    look_at(&mut window, "component_missing");
+
+    drop(window);
+    window = Window::revived(&session, Vec::new());
+    assert!(window.app().component().is_some(), "the session knows what was measured");
+    window.click("Identify");
+    window.click("component without a mass");
+    assert!(window.app().component().is_none() && window.shows("dv/dt ="));
+    window.press(CTRL, Key::Z);
+    assert!(window.app().component().is_some());
+}
