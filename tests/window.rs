@@ -11,6 +11,8 @@ mod handling;
 mod kept;
 #[path = "window/masses.rs"]
 mod masses;
+#[path = "window/own.rs"]
+mod own;
 #[path = "window/structures.rs"]
 mod structures;
 #[path = "window/teaching.rs"]
@@ -791,6 +793,18 @@ fn every_sample_opens() {
         (Sample::DoubleWell, 2),
         (Sample::Pendulum, 2),
         (Sample::Belt, 2),
+        (Sample::Ueda, 2),
+        (Sample::VanDerPolForced, 2),
+        (Sample::Rayleigh, 2),
+        (Sample::Mathieu, 2),
+        (Sample::HardStop, 2),
+        (Sample::Freeplay, 2),
+        (Sample::Truss, 2),
+        (Sample::UnevenDamper, 2),
+        (Sample::Electrostatic, 2),
+        (Sample::EnergySink, 2),
+        (Sample::BoucWen, 2),
+        (Sample::Absorber, 2),
     ] {
         let window = Window::open(start(Source::Sample(sample)));
         assert_eq!(window.app().outcome().expect("fitted").records.len(), records, "{sample:?}");

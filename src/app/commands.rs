@@ -216,7 +216,7 @@ impl WindowCommand {
         let mut all = Vec::new();
         for (command, ..) in TABLE {
             match command {
-                Self::Demonstration => all.extend(Sample::ALL.map(Self::Sample)),
+                Self::Demonstration => all.extend(Sample::all().map(Self::Sample)),
                 Self::FitView => {
                     all.extend(Room::ALL.map(Self::Room));
                     all.extend(View::ALL.map(Self::View));
@@ -294,7 +294,17 @@ impl WindowCommand {
         }
         ui.add_enabled(enabled, button).on_hover_text(spec.tooltip).clicked()
     }
+
+    /// Entries of a menu that open the classics.
+    pub(crate) fn classics(ui: &mut Ui) -> Option<Self> {
+        ui.set_min_width(200.0);
+        Sample::CLASSICS.map(Self::Sample).into_iter().find(|command| command.menu(ui, true))
+    }
 }
+
+/// What the menu of the classics holds.
+pub(crate) const CLASSICS_HINT: &str =
+    "Oscillators that courses begin with, with the figures of their sources, recorded by the virtual rig";
 
 /// Ctrl with a number for the first nine views, Alt with a number for those behind them.
 fn view_key(view: View) -> (Modifiers, Key) {

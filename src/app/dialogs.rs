@@ -78,6 +78,8 @@ impl Dialogs {
                 }
                 dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
             }
+            Purpose::Effects => dialog.add_filter("TOML", &["toml"]).add_filter("All files", &["*"]),
+            Purpose::SaveEffects => dialog.add_filter("TOML", &["toml"]).set_file_name(name),
             Purpose::Log => dialog.add_filter("Log", &[PROJECT_ENDING]).set_file_name(name),
             Purpose::Project => dialog.add_filter("Project", &[PROJECT_ENDING]).set_file_name(name),
             Purpose::Model => {
@@ -111,7 +113,7 @@ impl Dialogs {
                 let files = dialog.pick_files();
                 Box::pin(async move { files.await.map(|files| files.into_iter().flat_map(one).collect()) })
             }
-            Purpose::Locate => {
+            Purpose::Locate | Purpose::Effects => {
                 let file = dialog.pick_file();
                 Box::pin(async move { file.await.map(one) })
             }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
 use sindyscope_analysis::missing::MAX_EFFECTS;
-use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
+use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource, effects};
 use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
     Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
@@ -86,6 +86,8 @@ pub(crate) enum Key {
     Columns,
     /// What would be read with the columns chosen.
     Preview,
+    /// A file of effects of a person's own.
+    Effects,
     /// The figure of a view.
     Figure(View),
     /// A figure of a structure's modes.
@@ -141,6 +143,8 @@ pub(crate) enum Job {
     Columns { path: PathBuf, reading: ReadOptions },
     /// Read a file with the columns chosen.
     Preview { path: PathBuf, reading: ReadOptions },
+    /// Read a file of effects of a person's own.
+    Effects(PathBuf),
     /// Make the figure of a view that takes longer than a frame.
     Figure(Box<FigureRequest>),
     /// Make a figure of a structure's modes.
@@ -234,6 +238,8 @@ pub(crate) enum Done {
     Columns(Result<Overview, OpeningProblem>),
     /// What would be read.
     Preview(Result<Preview, OpeningProblem>),
+    /// The text of a file of effects.
+    Effects(String),
     /// The state that the session left, and what is to be told of it.
     Restored(Box<State>, Option<String>),
     /// A figure was made, or a file written that nobody waits for.
@@ -343,6 +349,7 @@ impl Work for Job {
                 request.make();
                 Done::Nothing
             }
+            Self::Effects(path) => Done::Effects(effects::text_of_file(&path).map_err(sentence)?),
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing

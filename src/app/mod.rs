@@ -57,8 +57,8 @@ pub(crate) use project::is_project_file as is_project;
 pub use replay::{Replayed, replay};
 pub(crate) use report::headless::project as report_of_project;
 pub use state::{
-    Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress, Pin,
-    RigState, Sample, Shown, Source, State, Walk, WalkView,
+    Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress,
+    OwnEffects, Pin, RigState, Sample, Shown, Source, State, Walk, WalkView,
 };
 pub use window::App;
 

@@ -221,15 +221,14 @@ fn read_source(opening: &mut Opening, files: &[MeasuredFile], notes: &mut Vec<St
 
 /// Reads what a source names; its files are loaded.
 fn records(source: &Source, files: &[MeasuredFile], reading: &ReadOptions) -> Result<Read, OpeningProblem> {
-    let problem = |e: sindyscope_files::ReadError| OpeningProblem::reading(&e);
     match source {
         Source::Nothing => Err(OpeningProblem::new("there is nothing to open", "")),
         Source::Sample(sample) => {
-            let (title, set) = sample.records(reading).map_err(problem)?;
+            let (title, set) = sample.records(reading)?;
             Ok(Read { title, set, truth: None })
         }
         Source::Files(_) => {
-            let set = read_opened(files, &[], reading).map_err(problem)?;
+            let set = read_opened(files, &[], reading).map_err(|e| OpeningProblem::reading(&e))?;
             let title = match files {
                 [one] => one.name().to_owned(),
                 [one, rest @ ..] => format!("{} and {} more", one.name(), rest.len()),

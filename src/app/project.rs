@@ -113,7 +113,7 @@ mod tests {
     fn project(file: &Path) -> Project {
         let settings = Settings { threshold: 0.03, ..Settings::default() };
         let friction = Choice { effect: "coulomb_friction".into(), form: "to ground".into() };
-        let walk = Walk { base: Base::Identified, accepted: vec![friction] };
+        let walk = Walk { base: Base::Identified, accepted: vec![friction], ..Walk::default() };
         let steps = vec![Treatment::HoldOut { share: 0.3 }.into()];
         let pin = Pin { settings: settings.clone(), usage: vec![Usage::Fit], steps: Vec::new() };
         let document = Document {

@@ -14,6 +14,10 @@ pub(crate) enum Purpose {
     Add,
     /// To be read in place of a file that is not where it was.
     Locate,
+    /// To be read: effects of a person's own.
+    Effects,
+    /// To save effects of a person's own to.
+    SaveEffects,
     /// To save the project to.
     Project,
     /// To export the model to, in the form that the name's ending says.
@@ -43,6 +47,8 @@ impl Purpose {
             Self::Open => "Open measurements or a project",
             Self::Add => "Add records",
             Self::Locate => "Choose where the file is now",
+            Self::Effects => "Open effects of your own (.toml)",
+            Self::SaveEffects => "Save the effects of your own (.toml)",
             Self::Project => "Save the project",
             Self::Model => "Export the model (.tex .txt .json .py .m .mo .c)",
             Self::Plot => "Save the figure (.svg .pdf .png)",
@@ -59,10 +65,11 @@ impl Purpose {
     /// What the path field's button says.
     pub(crate) fn verb(self) -> &'static str {
         match self {
-            Self::Open => "Open",
+            Self::Open | Self::Effects => "Open",
             Self::Add => "Add files",
             Self::Locate => "Choose",
             Self::Project
+            | Self::SaveEffects
             | Self::Model
             | Self::Plot
             | Self::Table
@@ -83,7 +90,8 @@ impl Purpose {
     /// The ending that a file saved for it gets if its name has none.
     pub(crate) fn ending(self) -> Option<&'static str> {
         match self {
-            Self::Open | Self::Add | Self::Locate => None,
+            Self::Open | Self::Add | Self::Locate | Self::Effects => None,
+            Self::SaveEffects => Some("toml"),
             Self::Project | Self::Log => Some(PROJECT_ENDING),
             Self::Model => Some(ExportFormat::Python.ending()),
             Self::Plot | Self::Window => Some("png"),

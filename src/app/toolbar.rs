@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, Margin, Panel, RichText, Ui, vec2};
 
-use super::commands::WindowCommand;
+use super::commands::{CLASSICS_HINT, WindowCommand};
 use super::problem::file_name;
 use super::state::{Room, Sample, Source, State};
 use super::theme::ROW;
@@ -124,9 +124,12 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     entry(ui, WindowCommand::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
     ui.separator();
     ui.weak("Samples");
-    for sample in Sample::ALL {
+    for sample in Sample::OWN {
         entry(ui, WindowCommand::Sample(sample), true);
     }
+    let menu = ui.menu_button("Classics", WindowCommand::classics);
+    menu.response.on_hover_text(CLASSICS_HINT);
+    let classic = menu.inner.flatten();
     entry(ui, WindowCommand::Demonstration, true);
     entry(ui, WindowCommand::Lessons, true);
     ui.separator();
@@ -140,6 +143,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     entry(ui, WindowCommand::Reset, open);
     entry(ui, WindowCommand::Close, open);
     entry(ui, WindowCommand::Quit, true);
+    asked.extend(classic.map(ToolbarAct::Do));
     if !bar.state.recent.is_empty() {
         ui.separator();
         ui.weak("Recent files");

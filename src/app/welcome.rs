@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 
-use super::commands::WindowCommand;
+use super::commands::{CLASSICS_HINT, WindowCommand};
 use super::state::Sample;
 use super::theme;
 
@@ -44,7 +44,7 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
             }
             ui.add_space(14.0);
             ui.label(RichText::new("Or try a sample").strong());
-            for row in Sample::ALL.chunks(SAMPLES_IN_A_ROW) {
+            for row in [&Sample::OWN, &Sample::CLASSICS[..SAMPLES_IN_A_ROW]] {
                 ui.horizontal(|ui| {
                     let count = SAMPLES_IN_A_ROW as f32;
                     let each = (width - (count - 1.0) * ui.spacing().item_spacing.x) / count;
@@ -56,16 +56,10 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
                     }
                 });
             }
-            let spec = WindowCommand::Demonstration.spec();
-            let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
-            if ui.add(button).on_hover_text(spec.tooltip).clicked() {
-                asked = Some(WindowCommand::Demonstration);
-            }
-            let spec = WindowCommand::Lessons.spec();
-            let button = egui::Button::new(spec.label).min_size(vec2(width, 30.0));
-            if ui.add(button).on_hover_text(spec.tooltip).clicked() {
-                asked = Some(WindowCommand::Lessons);
-            }
+            ui.horizontal(|ui| {
+                let each = (width - 2.0 * ui.spacing().item_spacing.x) / 3.0;
+                asked = lists(ui, vec2(each, 30.0)).or(asked);
+            });
             ui.add_space(14.0);
             ui.label(RichText::new("What a file should look like").strong());
             egui::Frame::new().fill(ui.visuals().faint_bg_color).corner_radius(6).inner_margin(10).show(ui, |ui| {
@@ -86,5 +80,20 @@ pub(crate) fn show(ui: &mut Ui, opening: bool) -> Option<WindowCommand> {
             );
         });
     });
+    asked
+}
+
+/// What leads to more than one record: the classics, a hidden effect, the lessons.
+fn lists(ui: &mut Ui, size: egui::Vec2) -> Option<WindowCommand> {
+    let button = egui::Button::new("All classics ⏷").min_size(size);
+    let (response, menu) = egui::containers::menu::MenuButton::from_button(button).ui(ui, WindowCommand::classics);
+    response.on_hover_text(CLASSICS_HINT);
+    let mut asked = menu.and_then(|menu| menu.inner);
+    for command in [WindowCommand::Demonstration, WindowCommand::Lessons] {
+        let spec = command.spec();
+        if ui.add(egui::Button::new(spec.label).min_size(size)).on_hover_text(spec.tooltip).clicked() {
+            asked = Some(command);
+        }
+    }
     asked
 }

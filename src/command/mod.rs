@@ -14,6 +14,7 @@ mod modes;
 mod progress;
 mod report;
 mod request;
+mod series;
 pub(crate) mod shell;
 mod source;
 mod table;
@@ -60,6 +61,8 @@ enum Command {
     Report(report::ReportOptions),
     /// Identify many records with the same settings, one row of a table each; ended at any time, it goes on where it was
     Batch(batch::BatchOptions),
+    /// The table of a batch as a series: parameters over amplitude, temperature or time with their trend, and the records that do not fit
+    Series(series::SeriesOptions),
     /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
     Inspect(inspect::InspectOptions),
     /// The catalogue of effects that `diagnose` looks for: what each is, its terms and parameters, what it is mistaken for
@@ -90,6 +93,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             (Some(Command::Diagnose(options)), progress) => diagnose::run(&options, &progress),
             (Some(Command::Report(options)), progress) => report::run(&options, &progress),
             (Some(Command::Batch(options)), progress) => batch::run(&options, &progress),
+            (Some(Command::Series(options)), _) => series::run(&options),
             (Some(Command::Inspect(options)), progress) => inspect::run(&options, &progress),
             (Some(Command::Effects(options)), _) => effects::run(&options),
             (Some(Command::Generate(options)), progress) => generate::run(&options, &progress),

@@ -10,7 +10,7 @@ use sindyscope_files::{ReadOptions, read_set};
 use sindyscope_rig::{ExcitationChoice, PlantChoice, RigDrive};
 use sindyscope_values::term::Term;
 
-use super::{CTRL, Window, start};
+use super::{CTRL, Window, look_at, start};
 
 impl Window {
     /// The room, its drawing held.
@@ -69,6 +69,12 @@ impl Window {
         let progress = self.app().state().lessons.clone();
         assert!(progress.finished.contains(id) && progress.current.is_none());
         assert!(self.shows("✔ done"), "the list shows it");
+    }
+
+    /// Types a term into the library and sends it off.
+    fn add_term(&mut self, term: &str) {
+        self.type_into("Add terms", term);
+        self.press(Modifiers::NONE, Key::Enter);
     }
 
     /// A box of the library.
@@ -309,6 +315,86 @@ fn the_lesson_on_chaos() {
     window.look("Motion", "Phase");
     window.noticed(2);
     window.finish("chaos");
+}
+
+#[test]
+fn the_lesson_on_self_excitation() {
+    let mut window = Window::begin_lesson("Self-excitation");
+    window.add_term("x^2*v");
+    look_at(&mut window, "lesson-self-excitation");
+    window.noticed(0);
+    window.tick("sgn v");
+    window.tick("v·|v|");
+    let train = window.app().outcome().unwrap().train.unwrap();
+    assert!(train.nrmse < 0.15, "the response grows as the motion does: {}", train.nrmse);
+    window.noticed(1);
+    window.look("Motion", "Phase");
+    look_at(&mut window, "lesson-limit-cycle");
+    window.noticed(2);
+    window.tick("x²·v");
+    window.noticed(3);
+    window.finish("self-excitation");
+}
+
+#[test]
+fn the_lesson_on_parametric_resonance() {
+    let mut window = Window::begin_lesson("Parametric resonance");
+    window.add_term("x*cos(2*t)");
+    look_at(&mut window, "lesson-parametric");
+    window.noticed(0);
+    window.tick("x³");
+    window.noticed(1);
+    window.add_term("x^3");
+    window.tick("x·cos(2·t)");
+    window.add_term("x*cos(1.5*t)");
+    window.noticed(2);
+    window.finish("parametric");
+}
+
+#[test]
+fn the_lesson_on_hysteresis() {
+    let mut window = Window::begin_lesson("Hysteresis");
+    let level = window.rig_settings().level;
+    window.slide("Level", 0.01 * level);
+    look_at(&mut window, "lesson-hysteresis-small");
+    window.noticed(0);
+    window.slide("Level", level);
+    window.click_hidden("Study in Identify");
+    look_at(&mut window, "lesson-hysteresis-identify");
+    window.noticed(1);
+    window.click("What's missing");
+    window.click("Find what's missing");
+    window.noticed(2);
+    window.click("Next");
+    assert!(window.shows("hysteresis"), "a card of it");
+    look_at(&mut window, "lesson-hysteresis");
+    window.click("Next");
+    window.click("Accept");
+    window.noticed(3);
+    window.finish("hysteresis");
+}
+
+#[test]
+fn a_classic_is_opened_by_its_name_from_the_welcome_page_the_menu_and_the_rig() {
+    let opened = |window: &Window| window.app().state().document.source.clone();
+    let mut window = Window::open(start(Source::Nothing));
+    look_at(&mut window, "welcome");
+    window.click("All classics ⏷");
+    look_at(&mut window, "welcome-classics");
+    window.click("Hidden absorber");
+    assert_eq!(opened(&window), Source::Sample(Sample::Absorber));
+    assert_eq!(window.app().records().entries.len(), 2);
+    assert!(window.app().outcome().is_some(), "studied at once");
+    window.click("absorber ⏷");
+    window.click("Classics");
+    window.click("Bouc–Wen hysteresis");
+    assert_eq!(opened(&window), Source::Sample(Sample::BoucWen));
+    window.click("Virtual rig");
+    window.click("Open one in Identify ⏷");
+    window.click("Mathieu's oscillator");
+    assert_eq!(opened(&window), Source::Sample(Sample::Mathieu));
+    assert_eq!(window.app().state().document.source, Source::Sample(Sample::Mathieu));
+    assert!(window.shows("held-out error"), "the room is Identify");
 }
 
 #[test]

@@ -27,7 +27,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::AnalysisError;
-use sindyscope_search::{Axis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnTerm};
+use sindyscope_search::{Axis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -50,6 +50,8 @@ struct Entry {
     signs: Option<Spanned<Vec<OwnSign>>>,
     contains: Option<Vec<Spanned<String>>>,
     #[serde(default)]
+    states: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
     inner: BTreeMap<String, Spanned<Quantity>>,
 }
 
@@ -66,16 +68,22 @@ struct Quantity {
 /// # Errors
 /// The file cannot be read, or an entry is wrong: the error names line and column.
 pub fn of_file(path: &Path) -> Result<Vec<OwnEffect>, AnalysisError> {
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    of_text(&path.display().to_string(), &text_of_file(path)?)
+}
+
+/// The text of a file of effects.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn text_of_file(path: &Path) -> Result<String, AnalysisError> {
+    std::fs::read_to_string(path).map_err(|e| {
         let problem = match e.kind() {
             std::io::ErrorKind::InvalidData => "it is no text".to_owned(),
             std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
             _ => e.to_string(),
         };
-        AnalysisError::EffectsUnread { file: file.clone(), problem }
-    })?;
-    of_text(&file, &text)
+        AnalysisError::EffectsUnread { file: path.display().to_string(), problem }
+    })
 }
 
 /// The effects of a file's text; `file` is its name.
@@ -112,6 +120,13 @@ pub fn of_text(file: &str, text: &str) -> Result<Vec<OwnEffect>, AnalysisError> 
                 OwnPart::Coefficient(k) => {
                     let of_list = entry.coefficients.as_ref().and_then(|list| list.get_ref().get(k));
                     of_list.map_or(entry.terms.span().start, |name| name.span().start)
+                }
+                OwnPart::State(k) | OwnPart::Rate(k, _) => {
+                    let state = effect.states.get(k).and_then(|s| entry.states.get(&s.name));
+                    state.map_or(span.start, |rate| match e.part {
+                        OwnPart::Rate(_, column) => in_text(text, rate, column),
+                        _ => rate.span().start,
+                    })
                 }
                 OwnPart::Quantity(k) => {
                     let name = effect.inner.get(k).map(|q| &q.name);
@@ -188,6 +203,8 @@ fn effect(entry: &Entry) -> Result<OwnEffect, (usize, String)> {
         let Quantity { bounds, unit } = quantity.get_ref();
         OwnQuantity { name: name.clone(), bounds: *bounds, unit: unit.clone() }
     };
+    let state =
+        |(name, rate): (&String, &Spanned<String>)| OwnState { name: name.clone(), rate: rate.get_ref().clone() };
     let name = entry.name.get_ref().clone();
     let title = match &entry.title {
         Some(title) => title.clone(),
@@ -204,6 +221,7 @@ fn effect(entry: &Entry) -> Result<OwnEffect, (usize, String)> {
         separates: entry.separates.clone().unwrap_or_default(),
         over: over.transpose()?,
         terms: terms.iter().enumerate().map(term).collect(),
+        states: entry.states.iter().map(state).collect(),
         inner: entry.inner.iter().map(quantity).collect(),
         contains: entry.contains.iter().flatten().map(|name| name.get_ref().clone()).collect(),
         mass,
@@ -236,7 +254,7 @@ unit = "mm"
             ("words = ", "worte = ", (4, 1), "unknown field"),
             (r#"["1/(d-x)^2", "x*w"]"#, "[]", (5, 9), "a term at least"),
             ("(d-x)^2", "(d-q)^2", (5, 16), "no quantity"),
-            ("x*w", "x*z", (5, 24), "no states"),
+            ("x*w", "x*z", (5, 26), "[effect.states]"),
             ("x*w", "x*+", (5, 27), "too early"),
             (r#", "c_m""#, "", (6, 16), "one for each"),
             (r#""c_m""#, r#""k_m""#, (6, 24), "name of its own"),
@@ -258,7 +276,32 @@ unit = "mm"
             }
         }
         assert!(missed.is_empty(), "{missed:#?}");
+        let remembers =
+            MAGNET.replace("x*w", "z").replace("[effect.inner", "[effect.states]\nz = \"w-z*d\"\n\n[effect.inner");
+        assert_eq!(of_text("m", &remembers).expect("entries")[0].states[0].rate, "w-z*d");
+        for (good, bad, at, said) in [
+            ("w-z*d", "w-z*q", (9, 10), "no quantity"),
+            ("w-z*d", "w-z*", (9, 10), ""),
+            ("z = ", "v = ", (9, 5), "meaning"),
+            ("\"z\"", "\"x\"", (9, 5), "no term has `z`"),
+            ("w-z*d", "w-z2*d", (9, 8), "`z2` is a state"),
+        ] {
+            let told = of_text("m.toml", &remembers.replace(good, bad)).expect_err(bad);
+            let AnalysisError::Effects { line, column, ref problem, .. } = told else { panic!("{bad}: {told}") };
+            assert!(problem.contains(said) && (line, column) == at, "{bad}: line {line}, column {column}: {problem}");
+        }
         let twice = format!("{MAGNET}{MAGNET}");
         assert!(of_text("m", &twice).unwrap_err().to_string().contains("two effects `magnet`"));
+    }
+    #[test]
+    fn the_entries_of_the_book_are_effects() {
+        let page = include_str!("../../../docs/howto/own-effect.md");
+        let blocks: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|part| part.split("```").next()).collect();
+        let names: Vec<String> = blocks
+            .iter()
+            .flat_map(|block| of_text("own-effect.md", block).unwrap_or_else(|e| panic!("{e}")))
+            .map(|effect| effect.name)
+            .collect();
+        assert_eq!(names, ["magnetic_pull", "maxwell_branch"]);
     }
 }

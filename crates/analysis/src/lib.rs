@@ -6,6 +6,7 @@
 //!   [`effects`]: those of one's own that it looks for besides.
 //! - [`component`]: the same of components without a mass.
 //! - [`batch`]: many records with the same settings, resumed wherever it ended.
+//! - [`series`]: the table of such a batch over one of its quantities: trends, and records that do not fit.
 //! - [`json`]: the results as the JSON that scripts rely on, the same from a command and from Python.
 //!
 //! Nothing here knows the words of a shell, the window or Python: an [`AnalysisError`] says what is wrong, and each of them
@@ -35,6 +36,7 @@ mod error;
 pub mod json;
 pub mod missing;
 pub mod request;
+pub mod series;
 pub mod source;
 
 pub use analyse::{Analysis, Progress, analyse};

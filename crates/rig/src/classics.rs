@@ -6,6 +6,7 @@ use sindyscope_values::term::{Expression, Symbol, Term};
 use super::plant::{Contact, Plant};
 use super::plants::{PlantKind, TWO_MASSES, at_least, parameter};
 use super::scenarios::{BASIS, Scenario, ScenarioExcitation};
+use super::sensor::{Noise, Sensor};
 
 fn x() -> Expression {
     Symbol::State(0).into()
@@ -161,6 +162,31 @@ static ACTUATOR: PlantKind = PlantKind {
     units: ("m", "V"),
 };
 
+/// The benchmark's hysteresis: `m ÿ + c ẏ + k y + z = u` with `ż = α ẏ − β (γ |ẏ| z + δ ẏ |z|)`, an exponent `ν` of 1. No sensor
+/// sees the state `z`, a force.
+static BOUC_WEN: PlantKind = PlantKind {
+    parameters: &[
+        at_least(1e-9, parameter("m", 2.0, "kg", "mass")),
+        parameter("c", 10.0, "N s/m", "viscous damping"),
+        parameter("k", 5e4, "N/m", "stiffness beside the hysteresis"),
+        parameter("alpha", 5e4, "N/m", "stiffness of the hysteresis at small amplitude"),
+        parameter("beta", 1e3, "1/m", "how soon it yields"),
+        parameter("gamma", 0.8, "", "share against the motion"),
+        parameter("delta", -1.1, "", "share along the motion"),
+    ],
+    build: |p| {
+        let z = || Expression::from(Symbol::Internal(0));
+        let known = |parts: Vec<(Expression, f64)>| {
+            Equation::known(parts.into_iter().filter(|(_, c)| *c != 0.0).map(|(e, c)| (Term::new(e), c)))
+        };
+        let forces = vec![(x(), -p[2] / p[0]), (v(), -p[1] / p[0]), (z(), -p[0].recip()), (u(), p[0].recip())];
+        let yielding = [(v().abs() * z(), -p[4] * p[5]), (v() * z().abs(), -p[4] * p[6])];
+        let rate = std::iter::once((v(), p[3])).chain(yielding).collect();
+        Plant::smooth(Model::second_order(1, vec![known(forces)]).with_internals(vec![known(rate)]))
+    },
+    units: ("m", "N"),
+};
+
 const TONE: Scenario = Scenario { rate: 20.0, duration: 250.0, initial: &[0.1, 0.0], ..BASIS };
 
 /// Random-phase lines from slow to fast, which show more than one tone does.
@@ -172,8 +198,28 @@ const fn turns(omega: f64) -> f64 {
     omega / std::f64::consts::TAU
 }
 
+/// Samples of the benchmark's record to be fitted, and how many a second.
+const BOUC_WEN_SAMPLES: f64 = 8192.0;
+const BOUC_WEN_RATE: f64 = 750.0;
+
+/// J. P. Noël, M. Schoukens, Hysteretic benchmark with a dynamic nonlinearity, Workshop on Nonlinear System Identification
+/// Benchmarks, Brussels 2016: every line of the record's spectrum from 5 to 150 Hz, 50 N RMS.
+const HYSTERESIS: Scenario = Scenario {
+    name: "bouc-wen",
+    summary: "hysteresis (Bouc and Wen; the benchmark of Noël and Schoukens 2016), random-phase multisine force, noise of 0.008 mm",
+    rate: BOUC_WEN_RATE,
+    duration: BOUC_WEN_SAMPLES / BOUC_WEN_RATE,
+    amplitude: 50.0 * std::f64::consts::SQRT_2,
+    frequencies: &[55.0 * BOUC_WEN_RATE / BOUC_WEN_SAMPLES, 1638.0 * BOUC_WEN_RATE / BOUC_WEN_SAMPLES],
+    lines: 1584,
+    initial: &[0.0; 3],
+    sensor: Sensor { noise: Noise::Deviation(8e-6), ..Sensor::PERFECT },
+    plant: &BOUC_WEN,
+    ..LINES
+};
+
 /// The scenarios.
-pub(super) static CLASSICS: [Scenario; 14] = [
+pub(super) static CLASSICS: [Scenario; 17] = [
     Scenario {
         // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
         name: "double-well",
@@ -299,6 +345,31 @@ pub(super) static CLASSICS: [Scenario; 14] = [
         initial: &[0.0; 4],
         plant: &TWO_MASSES,
         changed: &[("m2", 0.1), ("k12", 0.0), ("c12", 0.2), ("h12", 2e6)],
+        ..LINES
+    },
+    HYSTERESIS,
+    Scenario {
+        name: "bouc-wen-sweep",
+        summary: "the same under a sweep of 40 N from 20 to 50 Hz, up and down, without noise: the benchmark's test, swept faster",
+        excitation_kind: ScenarioExcitation::Sweep,
+        // The benchmark takes 10 Hz a minute.
+        duration: 30.0,
+        amplitude: 40.0,
+        frequencies: &[20.0, 50.0],
+        sensor: Sensor::PERFECT,
+        ..HYSTERESIS
+    },
+    Scenario {
+        // J. P. Den Hartog, Mechanical Vibrations, 4th ed. 1956, section 3.3: for a mass ratio μ = m2/m1 the absorber is tuned to
+        // 1/(1 + μ) of the frequency Ω of the bare mass, c12 = 2 m2 Ω √(3μ/(8 (1 + μ)³)). Here μ = 1/20, Ω = 20 rad/s.
+        name: "absorber",
+        summary: "a mass with a tuned absorber that no sensor sees (Den Hartog), random-phase multisine force; --measure x sees both",
+        amplitude: 4.0,
+        frequencies: &[0.5, 8.0],
+        initial: &[0.0; 4],
+        measures: &["x1"],
+        plant: &TWO_MASSES,
+        changed: &[("m2", 0.1), ("c1", 0.0), ("k12", 36.281_179_138_322), ("c12", 0.509_069_032_214_14)],
         ..LINES
     },
 ];

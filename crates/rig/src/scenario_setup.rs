@@ -21,7 +21,7 @@ const LONGEST: f64 = 1e5;
 /// The largest amplitude, initial value or parameter.
 const LARGEST: f64 = 1e9;
 /// The most frequencies or lines.
-const MOST_TONES: usize = 1000;
+const MOST_TONES: usize = 2000;
 
 /// A record to be made.
 pub(super) struct RequestedRecord {

@@ -64,10 +64,11 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The equations of a plant whose records hold its states as they are; without its input where nothing drives it.
+    /// The equations of a plant whose records hold its displacements and velocities as they are, and no internal state; without its
+    /// input where nothing drives it.
     pub(super) fn of_plant(plant: &Plant, driven: bool) -> Self {
         let truth: Model = plant.truth();
-        let layout = Layout { inputs: if driven { truth.layout.inputs } else { 0 }, ..truth.layout };
+        let layout = Layout { inputs: if driven { truth.layout.inputs } else { 0 }, internals: 0, ..truth.layout };
         let mut terms = TermList::new(layout);
         let moves = |state: &Symbol| layout.kind == Kind::FirstOrder || matches!(state, Symbol::Rate(_));
         for (state, equation) in truth.iter().filter(|(state, _)| moves(state)) {

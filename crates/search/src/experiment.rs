@@ -15,13 +15,83 @@ use sindyscope_values::term::Symbol;
 /// Periods of a proposed record, and samples in one.
 const PERIODS: f64 = 24.0;
 const SAMPLES: f64 = 40.0;
+/// Noises by which two models must differ for an experiment to be proposed.
+const LEAST_APART: f64 = 0.3;
+
+/// An experiment that would tell two models apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NextExperiment {
+    /// What to do and what it would show, in a sentence.
+    pub text: String,
+    /// The same in numbers; none where the sentence only advises, or was read from a file.
+    pub test: Option<ProposedTest>,
+}
+
+/// A record that is proposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProposedTest {
+    /// What moves the first mass.
+    pub drive: ProposedDrive,
+    /// How long it is, s.
+    pub seconds: f64,
+    /// By how many times the noise the two models would differ (RMS), after the second has adapted as well as it can; infinite if
+    /// it cannot follow at all.
+    pub apart: f64,
+}
+
+/// What moves the first mass in a proposed record. Inputs that are not spoken of rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProposedDrive {
+    /// It is let go from rest at this displacement, in its channel's unit.
+    Release(f64),
+    /// From rest, `amplitude × sin(2π × frequency × t)`.
+    Tone {
+        /// Which input, from 0.
+        input: usize,
+        /// In the input's unit.
+        amplitude: f64,
+        /// Hz.
+        frequency: f64,
+    },
+    /// From rest, a sine whose frequency grows evenly.
+    Sweep {
+        /// Which input, from 0.
+        input: usize,
+        /// In the input's unit.
+        amplitude: f64,
+        /// Frequency at the beginning and at the end, Hz.
+        band: (f64, f64),
+    },
+}
+
+impl ProposedDrive {
+    /// The displacement that it begins with.
+    fn released(&self) -> f64 {
+        match *self {
+            Self::Release(displacement) => displacement,
+            Self::Tone { .. } | Self::Sweep { .. } => 0.0,
+        }
+    }
+
+    /// The values of an input at even instants over a length in seconds.
+    fn values(&self, of: usize, interval: f64, count: usize) -> Vec<f64> {
+        let length = interval * count as f64;
+        let wave = |amplitude: f64, phase: &dyn Fn(f64) -> f64| {
+            (0..count).map(|k| amplitude * (TAU * phase(interval * k as f64)).sin()).collect()
+        };
+        match *self {
+            Self::Tone { input, amplitude, frequency } if input == of => wave(amplitude, &|t| frequency * t),
+            Self::Sweep { input, amplitude, band: (low, high) } if input == of => {
+                wave(amplitude, &|t| low * t + 0.5 * (high - low) * t * t / length)
+            }
+            _ => vec![0.0; count],
+        }
+    }
+}
 
 struct Proposal {
     text: String,
-    /// The input that drives, and how.
-    input: Option<(usize, Vec<f64>)>,
-    /// Displacement of the first mass.
-    released: f64,
+    drive: ProposedDrive,
 }
 
 impl Data {
@@ -29,25 +99,22 @@ impl Data {
     ///
     /// Source of the criterion: A. Atkinson, V. Fedorov, "The design of experiments for discriminating between two rival
     /// models", Biometrika 62 (1975) 57–70 (T-optimality).
-    pub(super) fn next_experiment(&self, best: &Fitted, rival: &Fitted, cancel: &Cancel) -> Option<String> {
+    pub(super) fn next_experiment(&self, best: &Fitted, rival: &Fitted, cancel: &Cancel) -> Option<NextExperiment> {
         let interval = 1.0 / (SAMPLES * self.frequency);
         let count = (PERIODS * SAMPLES) as usize;
         let noise = best.refined.rmse().max(self.noise).max(f64::MIN_POSITIVE);
         let (model, composed) = best.composition.model(&best.parameters);
         let simulator = Simulator::new(&model).ok()?;
         let cancelled = || cancel.is_cancelled();
-        let mut found: Option<(f64, String)> = None;
-        for proposal in self.menu(interval, count) {
-            let still = vec![0.0; count];
-            let of = |j: usize| match &proposal.input {
-                Some((input, values)) if *input == j => values.as_slice(),
-                _ => &still,
-            };
-            let inputs: Vec<&[f64]> = (0..self.layout.inputs).map(of).collect();
+        let mut found: Option<(f64, Proposal)> = None;
+        for proposal in self.menu() {
+            let driven: Vec<Vec<f64>> =
+                (0..self.layout.inputs).map(|j| proposal.drive.values(j, interval, count)).collect();
+            let inputs: Vec<&[f64]> = driven.iter().map(Vec::as_slice).collect();
             let grid = Arc::new(InputGrid::new(0.0, interval, count, &inputs, None));
             let states = 2 * self.masses();
             let mut initial = vec![0.0; states + composed.internals.len()];
-            initial[0] = proposal.released;
+            initial[0] = proposal.drive.released();
             let wanted = Limits { rates: self.shows_rates(), ..Limits::default() };
             let response = simulator.run(&grid, &initial, 0..count, &wanted);
             if response.len() < count {
@@ -81,65 +148,57 @@ impl Data {
             // A rival that cannot even follow is told apart for certain.
             let apart = refine(&rival.composition, &runs, &start, options).map_or(f64::INFINITY, |r| r.rmse() / noise);
             if apart.is_finite() && found.as_ref().is_none_or(|(a, _)| apart > *a) {
-                found = Some((apart, proposal.text));
+                found = Some((apart, proposal));
             }
         }
-        let (apart, text) = found?;
-        let seconds = significant(PERIODS / self.frequency, 2);
-        Some(if apart > 0.3 {
-            format!(
-                "{text}, {seconds} s long: there the two would differ by {} times the noise, after the second has adapted as well as it can.",
+        let (apart, Proposal { text, drive }) = found?;
+        let length = PERIODS / self.frequency;
+        if apart > LEAST_APART {
+            let text = format!(
+                "{text}, {} s long: there the two would differ by {} times the noise, after the second has adapted as well as it can.",
+                significant(length, 2),
                 significant(apart, 2)
-            )
-        } else {
-            format!(
-                "No experiment of this kind tells them apart ({} times the noise at most): a further sensor, or a part taken out, would.",
-                significant(apart, 1)
-            )
-        })
+            );
+            return Some(NextExperiment { text, test: Some(ProposedTest { drive, seconds: length, apart }) });
+        }
+        let text = format!(
+            "No experiment of this kind tells them apart ({} times the noise at most): a further sensor, or a part taken out, would.",
+            significant(apart, 1)
+        );
+        Some(NextExperiment { text, test: None })
     }
 
-    fn menu(&self, interval: f64, count: usize) -> Vec<Proposal> {
+    fn menu(&self) -> Vec<Proposal> {
         let f = self.frequency;
-        let time = |k: usize| interval * k as f64;
         let reach = self.fit().iter().map(|s| s.limits[0] / 10.0).fold(0.0, f64::max);
-        let mut menu = Vec::new();
         let whose = if self.masses() > 1 { "the first mass" } else { "it" };
-        for factor in [1.0, 0.3, 2.0] {
-            menu.push(Proposal {
-                text: format!("Let {whose} go from {} {} without input", significant(factor * reach, 2), self.unit),
-                input: None,
-                released: factor * reach,
-            });
-        }
+        let release = |factor: f64| Proposal {
+            text: format!("Let {whose} go from {} {} without input", significant(factor * reach, 2), self.unit),
+            drive: ProposedDrive::Release(factor * reach),
+        };
+        let mut menu: Vec<Proposal> = [1.0, 0.3, 2.0].map(release).into();
         let hz = |f: f64| significant(f, 3);
-        for j in 0..self.layout.inputs {
-            let level = self.fit().iter().map(|s| rms(&s.inputs[j])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
+        for input in 0..self.layout.inputs {
+            let level = self.fit().iter().map(|s| rms(&s.inputs[input])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
             if level == 0.0 {
                 continue;
             }
             let by = match self.layout.inputs {
                 1 => String::new(),
-                _ => format!(" in {} alone", self.layout.name(Symbol::Input(j))),
+                _ => format!(" in {} alone", self.layout.name(Symbol::Input(input))),
             };
             for (factor, name) in
                 [(0.5, "half the level so far"), (1.0, "the level so far"), (2.0, "twice the level so far")]
             {
-                for tone in [0.5, 1.0, 1.6] {
-                    let wave = (0..count).map(|k| factor * level * (TAU * tone * f * time(k)).sin());
-                    menu.push(Proposal {
-                        text: format!("Run a tone of {} Hz{by} from rest at {name}", hz(tone * f)),
-                        input: Some((j, wave.collect())),
-                        released: 0.0,
-                    });
-                }
-                let (low, high) = (0.3 * f, 2.5 * f);
-                let length = time(count);
-                let phase = |t: f64| TAU * (low * t + 0.5 * (high - low) * t * t / length);
+                let amplitude = factor * level;
+                menu.extend([0.5, 1.0, 1.6].map(|tone| Proposal {
+                    text: format!("Run a tone of {} Hz{by} from rest at {name}", hz(tone * f)),
+                    drive: ProposedDrive::Tone { input, amplitude, frequency: tone * f },
+                }));
+                let band = (0.3 * f, 2.5 * f);
                 menu.push(Proposal {
-                    text: format!("Sweep from {} to {} Hz{by} at {name}", hz(low), hz(high)),
-                    input: Some((j, (0..count).map(|k| factor * level * phase(time(k)).sin()).collect())),
-                    released: 0.0,
+                    text: format!("Sweep from {} to {} Hz{by} at {name}", hz(band.0), hz(band.1)),
+                    drive: ProposedDrive::Sweep { input, amplitude, band },
                 });
             }
         }

@@ -311,7 +311,7 @@ impl FoundRound {
             compared,
             evidence: round.evidence.clone(),
             finding: round.finding.clone(),
-            next_experiment: round.next_experiment.clone(),
+            next_experiment: round.next_experiment.as_ref().map(|next| next.text.clone()),
             candidates: round.candidates.iter().map(candidate).collect(),
             hidden_up_to: round
                 .hidden_up_to

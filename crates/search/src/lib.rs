@@ -60,9 +60,10 @@ mod tests;
 mod walk;
 mod words;
 
-pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
+pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 pub use error::GapError;
 pub use evidence::LEVEL;
+pub use experiment::{NextExperiment, ProposedDrive, ProposedTest};
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
 pub use judge::{density, lead, student_scale};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::effects::Axis;
+use super::experiment::NextExperiment;
 use super::fit::Fitted;
 use super::records::RecordScore;
 use super::site::Site;
@@ -376,7 +377,7 @@ pub struct Round {
     /// What the round came to on its own.
     pub finding: Finding,
     /// The experiment that would tell the candidates apart that cannot be told apart.
-    pub next_experiment: Option<String>,
+    pub next_experiment: Option<NextExperiment>,
     /// Effects by title with the least size, as a share of the spring force, that these data would have shown.
     pub hidden_up_to: Vec<(String, f64)>,
     /// How far the effect that it led to leads the best set without it; none where no step was taken.

@@ -366,8 +366,9 @@ impl Search {
                 let near = 0.01 * (high - low).abs();
                 let error = refined.std_error(*position).map_or(0.0, |e| e * inflation.sqrt());
                 // Without a force of its own it is nothing at zero.
-                let nothing = (low < 0.0 && high > 0.0 && form.coefficients.is_empty()).then_some(0.0);
-                if let Some(simple) = quantity.simple.or(nothing) {
+                let nothing: &[f64] =
+                    if low < 0.0 && high > 0.0 && form.coefficients.is_empty() { &[0.0] } else { &[] };
+                for &simple in if quantity.simple.is_empty() { nothing } else { quantity.simple } {
                     let told = match quantity.jumps {
                         true => self.feels(fitted, *position, simple, inflation),
                         false => (value - simple).abs() >= BORNE * error,

@@ -9,6 +9,7 @@ use sindyscope_core::parallel::prelude::*;
 use super::data::Series;
 use super::effects::{Addition, Form};
 use super::error::GapError;
+use super::experiment::NextExperiment;
 use super::fit::{Fitted, Followed, WHOLE, followed, of_first};
 use super::found::{Found, FoundCandidate, FoundConclusion, FoundDescription, FoundResponse, FoundRound, FoundStage};
 use super::guide::{guide, guide_of_own};
@@ -138,7 +139,7 @@ impl Search {
             place,
             candidates: kept.candidates.par_iter().map(candidate).collect::<Option<_>>()?,
             finding: kept.finding.clone(),
-            next_experiment: kept.next_experiment.clone(),
+            next_experiment: kept.next_experiment.clone().map(|text| NextExperiment { text, test: None }),
             hidden_up_to: kept
                 .hidden_up_to
                 .iter()

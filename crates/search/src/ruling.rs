@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::effects::Form;
 use super::error::GapError;
+use super::experiment::NextExperiment;
 use super::fit::Fitted;
 use super::judge::{Hypothesis, Ruling, lead};
 use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, Standing, Verdict};
@@ -18,7 +19,7 @@ use sindyscope_core::study::Cancel;
 /// What a look comes to.
 pub(super) struct Decision {
     pub(super) finding: Finding,
-    pub(super) next_experiment: Option<String>,
+    pub(super) next_experiment: Option<NextExperiment>,
 }
 
 /// Sets of effects that were tried, and what the comparison says of them.
@@ -144,7 +145,9 @@ impl Search {
         if let Some(rival) = rivals.first().filter(|_| !places.is_empty()) {
             next_experiment = self.data.next_experiment(&winner.fitted, &rival.fitted, cancel);
             let separates = rival.forms.iter().find(|k| !winner.forms.contains(k)).map(|k| tried.forms[*k].separates);
-            next_experiment = next_experiment.or(separates.map(|s| format!("What tells them apart: {s}.")));
+            next_experiment = next_experiment.or_else(|| {
+                separates.map(|s| NextExperiment { text: format!("What tells them apart: {s}."), test: None })
+            });
         }
         let finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
         Decision { finding, next_experiment }

@@ -20,10 +20,11 @@ use super::site::Placed;
 use super::structure::{Composition, choice};
 use super::words::titles;
 use sindyscope_core::refine::{Structure as _, inflation};
+use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
-use sindyscope_values::term::{Expression, Symbol, Term, derivative};
+use sindyscope_values::term::{Expression, Layout, Symbol, Term, derivative};
 
 /// What is asked of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,6 +102,8 @@ pub(super) enum Depth {
     Refitted,
 }
 
+/// Distance of the point that a spring holds the motion about from its middle, at most, in standard deviations of the motion.
+const HELD_ABOUT: f64 = 3.0;
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
 impl Search {
@@ -134,8 +137,9 @@ impl Search {
             if effect.mass >= masses {
                 return Err(wrong(format!("it acts on mass {}, which the records do not have", effect.mass + 1)));
             }
+            let layout = Layout { internals: effect.states.len(), ..data.layout };
             for term in effect.sample() {
-                if let Some(symbol) = term.foreign_symbol(&data.layout) {
+                if let Some(symbol) = term.foreign_symbol(&layout) {
                     return Err(wrong(format!("the records have no {}", data.layout.name(symbol))));
                 }
             }
@@ -145,13 +149,24 @@ impl Search {
         base.passive = !data.self_sustained;
         base.zero = data.shows_rates();
         base.noise = data.noise;
-        if let Some(datum) = data.equilibrium(&base) {
-            data.count_from(datum);
-            base.base.retain(|t| t.term.as_str() != "1");
-            base.datum = true;
-            base.origin = -datum;
-        }
-        Ok(Self { data, audit, ask: ask.clone(), base, known: Mutex::default() })
+        let plain = Self { data, audit, ask: ask.clone(), base, known: Mutex::default() };
+        Ok(plain.about_its_equilibrium().unwrap_or(plain))
+    }
+
+    /// The same search with displacements counted from the point that a spring holds the motion about; none where that is the
+    /// file's zero, or the fitted spring holds the motion about no point: what is constant is a force then.
+    fn about_its_equilibrium(&self) -> Option<Self> {
+        let datum = self.data.equilibrium(&self.base)?;
+        let (mut data, mut base) = (self.data.clone(), self.base.clone());
+        data.count_from(datum);
+        base.base.retain(|t| t.term.as_str() != "1");
+        base.datum = true;
+        base.origin = -datum;
+        let counted = Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base, known: Mutex::default() };
+        let fitted = counted.fitted(&[], &Cancel::default()).ok()?;
+        let point = fitted.parameters.inner.equilibrium.unwrap_or(0.0);
+        let motion = counted.data.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
+        (point.abs() < HELD_ABOUT * motion).then_some(counted)
     }
 
     /// What was done to the data and what they cannot show, one sentence each.

@@ -8,7 +8,7 @@ use rand_distr::{Distribution as _, Normal, Uniform};
 use rand_pcg::Pcg64;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::{
-    Ask, DESCRIPTION, Diagnosis, Found, GapError, OwnEffect, OwnQuantity, OwnTerm, Search, Verdict,
+    Ask, DESCRIPTION, Diagnosis, Found, GapError, OwnEffect, OwnQuantity, OwnState, OwnTerm, Search, Verdict,
 };
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 
@@ -18,25 +18,33 @@ const STEPS: usize = 20;
 /// Two records to fit and one held out of an oscillator with a force over displacement, velocity and input, noise 1 %; it is
 /// integrated by Runge and Kutta's method of fourth order.
 fn records(force: impl Fn(f64, f64, f64) -> f64) -> RecordSet {
+    records_with_state(|x, v, u, _| force(x, v, u), |_, _, _| 0.0)
+}
+
+/// The same with a state that no sensor shows: the force has it, and its rate is one over displacement, velocity and itself.
+fn records_with_state(
+    force: impl Fn(f64, f64, f64, f64) -> f64,
+    state_rate: impl Fn(f64, f64, f64) -> f64,
+) -> RecordSet {
     let mut set = RecordSet::default();
     for (seed, usage) in [(1, Usage::Fit), (2, Usage::Fit), (3, Usage::HeldOut)] {
         let mut random = Pcg64::seed_from_u64(seed);
         let phase = Uniform::new(0.0, TAU).expect("a range");
         let lines: Vec<(f64, f64)> = (0..16).map(|k| (0.3 + 0.14 * f64::from(k), phase.sample(&mut random))).collect();
         let u = |t: f64| lines.iter().map(|(w, p)| 0.078 * (w * t + p).cos()).sum::<f64>();
-        let rate = |t: f64, [x, v]: [f64; 2]| [v, u(t) - x - 0.05 * v + force(x, v, u(t))];
-        let (mut state, mut motion) = ([0.0; 2], Vec::new());
+        let rate = |t: f64, [x, v, z]: [f64; 3]| [v, u(t) - x - 0.05 * v + force(x, v, u(t), z), state_rate(x, v, z)];
+        let (mut state, mut motion) = ([0.0; 3], Vec::new());
         for n in 0..1200 {
             motion.push(state[0]);
             for j in 0..STEPS {
                 let h = INTERVAL / STEPS as f64;
                 let t = INTERVAL * f64::from(n) + h * j as f64;
-                let moved = |k: [f64; 2], h: f64| [state[0] + h * k[0], state[1] + h * k[1]];
+                let moved = |k: [f64; 3], h: f64| [0, 1, 2].map(|i| state[i] + h * k[i]);
                 let a = rate(t, state);
                 let b = rate(t + 0.5 * h, moved(a, 0.5 * h));
                 let c = rate(t + 0.5 * h, moved(b, 0.5 * h));
                 let d = rate(t + h, moved(c, h));
-                let mean = [0, 1].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
+                let mean = [0, 1, 2].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
                 state = moved(mean, h);
             }
         }
@@ -134,6 +142,25 @@ fn a_force_that_only_the_users_entry_knows_is_named() {
     // The entry's metres are the records' millimetres.
     assert_eq!(of("d").unit, "mm");
     assert!((of("d").value - 3.0).abs() < 0.2 && (of("k_m").value - 0.3).abs() < 0.1, "{:?}", added.parameters);
+}
+
+#[test]
+fn an_entry_with_a_state_of_its_own_is_named_with_its_time_constant() {
+    // A spring that softens as it is warmed by its motion, and cools down.
+    let softening = OwnEffect {
+        name: "softening_by_heat".into(),
+        words: "Motion warms the spring, a warm spring is softer, and it cools down again.".into(),
+        terms: vec![OwnTerm { text: "z*r".into(), coefficient: "k_t".into(), ..OwnTerm::default() }],
+        states: vec![OwnState { name: "z".into(), rate: "w^2 - z/tau".into() }],
+        inner: vec![OwnQuantity { name: "tau".into(), bounds: (2.0, 60.0), unit: "s".into() }],
+        ..OwnEffect::default()
+    };
+    let records = records_with_state(|x, _, _, z| 0.02 * z * x, |_, v, z| v * v - z / 12.0);
+    let found = diagnosed(&records, vec![softening]);
+    assert_eq!((found.verdict, names(&found)), (Verdict::Named, vec!["softening_by_heat"]), "{}", found.sentence);
+    let added = found.steps()[0].added;
+    let of = |name: &str| added.parameters.iter().find(|p| p.name == name).expect("a parameter").value;
+    assert!((of("tau") / 12.0 - 1.0).abs() < 0.1 && (of("k_t") / 0.02 - 1.0).abs() < 0.1, "{:?}", added.parameters);
 }
 
 #[test]

@@ -7,8 +7,11 @@
 mod study;
 
 use sindyscope_rig::NoiseKind;
-use sindyscope_rig::hidden::{ExcitationKind, Instruments, Regime, SensedMotion, names, outside_names, pairs};
+use sindyscope_rig::hidden::{
+    ExcitationKind, Instruments, Regime, SensedMotion, names, outside_names, pairs, possible,
+};
 use sindyscope_search::{Site, Verdict};
+use study::experiments::{self, Outcome};
 use study::places::{Found, draw, two_contacts};
 use study::two_masses;
 use study::{
@@ -320,5 +323,34 @@ fn the_study_of_two_contacts() {
             error,
         );
     }
+    targets.assert_reached();
+}
+
+#[test]
+#[ignore = "the study of proposed experiments takes some ten minutes on two cores, in the profile `study`"]
+fn the_study_of_experiments() {
+    let suits = |name: &&str| possible(name, ExcitationKind::SingleTone);
+    let outcomes = experiments::all(names().filter(suits), 0.05, draws(3));
+    let carried: Vec<_> =
+        outcomes.iter().filter_map(|o| if let Outcome::CarriedOut(c) = o { Some(c) } else { None }).collect();
+    let hopeless = outcomes.iter().filter(|o| matches!(o, Outcome::NoExperiment)).count();
+    let away = outcomes.iter().filter(|o| matches!(o, Outcome::RanAway)).count();
+    println!(
+        "{} draws under one tone: {} experiments carried out, none proposed in {hopeless}, the plant ran away in {away}",
+        outcomes.len(),
+        carried.len()
+    );
+    for c in carried.iter().filter(|c| !c.told_apart() || c.of_the_two() && !c.right()) {
+        println!(
+            "{} seed {}: {} or {}. {}\n    {:?} {:?} or {:?}",
+            c.hidden, c.seed, c.rivals[0], c.rivals[1], c.text, c.verdict, c.steps, c.others
+        );
+    }
+    let mut targets = Targets::default();
+    let told = carried.iter().filter(|c| c.told_apart()).count();
+    targets.at_least("told apart by the experiment, %", share(told, carried.len() + away), 90.0);
+    let of_two: Vec<_> = carried.iter().filter(|c| c.of_the_two()).collect();
+    let right = of_two.iter().filter(|c| c.told_apart() && c.right()).count();
+    targets.at_least("told apart rightly, of those with the truth among the two, %", share(right, of_two.len()), 90.0);
     targets.assert_reached();
 }

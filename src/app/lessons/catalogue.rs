@@ -1,6 +1,7 @@
 //! The lessons, in the order in which they are best gone through. A new one is an entry of this table.
 
 use super::lesson::{Course, Exercise, Lesson, Start};
+use super::oscillators::{HYSTERESIS, PARAMETRIC, SELF_EXCITATION};
 use crate::app::state::{Room, Sample};
 use crate::app::views::View;
 use sindyscope_core::study::Scaling;
@@ -9,12 +10,12 @@ use sindyscope_rig::{EffectValue, ExcitationChoice, RigDrive, RigSettings};
 /// Segment, in main periods, from which on smoothing flattens the motion.
 const QUARTER: f64 = 0.25;
 
-const fn step(task: &'static str, seen: &'static str, done: fn(&Course<'_>) -> bool) -> Exercise {
+pub(super) const fn step(task: &'static str, seen: &'static str, done: fn(&Course<'_>) -> bool) -> Exercise {
     Exercise { task, seen, done }
 }
 
 /// A rig of one mass with an effect whose numbers are given.
-fn rig(effect: &str, values: &[(&str, f64, &str)]) -> RigSettings {
+pub(super) fn rig(effect: &str, values: &[(&str, f64, &str)]) -> RigSettings {
     let value = |(name, value, unit): &(&str, f64, &str)| EffectValue {
         name: (*name).to_owned(),
         value: *value,
@@ -298,6 +299,9 @@ pub(crate) static LESSONS: &[Lesson] = &[
         ],
         closing: "A record of a mass that sticks tells little about its friction: make it slide.",
     },
+    SELF_EXCITATION,
+    PARAMETRIC,
+    HYSTERESIS,
     Lesson {
         id: "chaos",
         title: "Chaos and its horizon",

@@ -6,6 +6,7 @@
 mod catalogue;
 mod facts;
 mod lesson;
+mod oscillators;
 mod panel;
 
 use super::state::{LessonPosition, LessonProgress};
@@ -81,7 +82,7 @@ mod tests {
                 assert!(step.task.len() < 330 && step.seen.len() < 330, "{}: step {index} is too long", lesson.id);
             }
         }
-        assert_eq!(names.len(), 10);
+        assert_eq!(names.len(), 13);
     }
 
     #[test]

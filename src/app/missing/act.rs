@@ -30,7 +30,13 @@ pub(crate) enum WalkAct {
     Use,
     /// Copy the model as it stands.
     Copy,
-    /// Save a figure: the window's own matter, as the next.
+    /// Choose a file of effects of one's own: the window's own matter, as those that follow.
+    #[serde(skip)]
+    OpenEffects,
+    /// Save effects of one's own: the text of the file.
+    #[serde(skip)]
+    SaveEffects(#[serde(skip)] String),
+    /// Save a figure.
     #[serde(skip)]
     SaveFigure(WalkFigure),
     /// Save a plot's numbers: what it is called, and the text of the file.

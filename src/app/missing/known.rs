@@ -141,7 +141,7 @@ pub(super) fn key(data: &OpenRecords, edit: &Edit) -> Option<SearchKey> {
         Base::Typed(terms) => Some(terms.clone()),
         Base::Identified => Some(identified(data)?),
     };
-    Some(SearchKey { generation: data.generation, usage: edit.usage.clone(), base })
+    Some(SearchKey { generation: data.generation, usage: edit.usage.clone(), base, own: edit.walk.own.clone() })
 }
 
 /// The terms of the identified acceleration.

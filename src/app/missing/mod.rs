@@ -17,6 +17,7 @@ mod findings;
 mod keep;
 mod known;
 mod name;
+mod own;
 mod places;
 mod room;
 mod steps;
@@ -58,7 +59,7 @@ pub(crate) fn show(
         ui.visuals_mut().extreme_bg_color = palette::ground(context.dark);
         match (&room.known.failure, context.stage()) {
             (Some(failure), _) => {
-                if words::failure(ui, failure, edit.walk != Walk::default()) {
+                if words::failure(ui, failure, edit.walk != edit.walk.afresh()) {
                     acts.push(WalkAct::Restart);
                 }
             }
@@ -89,10 +90,13 @@ pub(crate) fn controls(
     edit: &mut Edit,
 ) -> Vec<WalkAct> {
     base::choice(ui, &mut canvas.typing, data, edit);
+    let mut acts = Vec::new();
+    own::show(ui, &mut canvas.own, edit, &mut acts);
     let (subject, walk) = (WalkSubject::of(data), edit.walk.clone());
     let context = context(ui, room, canvas, &walk, &subject);
     places::show(ui, canvas, &context);
-    base::walk(ui, &context, &edit.settings)
+    acts.extend(base::walk(ui, &context, &edit.settings));
+    acts
 }
 
 /// Draws the right column.

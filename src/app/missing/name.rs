@@ -42,8 +42,8 @@ pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'
     if let Some(next) = context.round().and_then(|r| r.next_experiment.as_ref()) {
         line(ui, 20.0, |ui| {
             let color = crate::app::theme::accents(context.dark).caution;
-            ui.add(egui::Label::new(words::two(ui, "What would tell them apart:", color, next)).truncate())
-                .on_hover_text(next);
+            ui.add(egui::Label::new(words::two(ui, "What would tell them apart:", color, &next.text)).truncate())
+                .on_hover_text(&next.text);
         });
     }
     // With nothing that stands there is more to learn from what was refused.

@@ -32,6 +32,8 @@ pub(crate) struct Missing {
     pub(super) by_itself: bool,
     /// The candidate that is fitted alone.
     pub(super) tried: Option<Choice>,
+    /// The text of a file of effects that was opened, until the window has taken it over.
+    pub(crate) effects_file: Option<String>,
     /// Stopped by hand: nothing is asked for by itself until something changes.
     pub(super) stopped: bool,
 }
@@ -223,7 +225,7 @@ impl Missing {
                 return Some(WantedSearch::Nothing);
             }
             WalkAct::Restart => {
-                edit.walk = Walk::default();
+                edit.walk = edit.walk.afresh();
                 self.known.failure = None;
                 view.pass_over();
                 view.step = RoundStep::Compare;
@@ -259,7 +261,12 @@ impl Missing {
                 return self.ask(data, edit, SearchDepth::Conclusion);
             }
             // The window does these: they concern more than the room.
-            WalkAct::Use | WalkAct::Copy | WalkAct::SaveFigure(_) | WalkAct::SaveTable(..) => {}
+            WalkAct::Use
+            | WalkAct::Copy
+            | WalkAct::OpenEffects
+            | WalkAct::SaveEffects(_)
+            | WalkAct::SaveFigure(_)
+            | WalkAct::SaveTable(..) => {}
             WalkAct::Undo => {
                 edit.walk.accepted.pop();
                 view.pass_over();

@@ -97,7 +97,7 @@ fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height:
         card(ui, colors.caution, |ui| {
             ui.add(egui::Label::new(words::finding(round)).wrap());
             if let Some(next) = &round.next_experiment {
-                ui.add(egui::Label::new(RichText::new(raised(next)).weak()).wrap());
+                ui.add(egui::Label::new(RichText::new(raised(&next.text)).weak()).wrap());
             }
         });
     }

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::app::disk::checksum;
 use crate::app::remedy;
+use crate::app::state::OwnEffects;
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::{
@@ -19,6 +21,18 @@ pub(crate) struct SearchKey {
     pub(crate) usage: Vec<Usage>,
     /// Terms of the base; none for a linear spring and damper.
     pub(crate) base: Option<Vec<Term>>,
+    /// Effects of the person's own, searched beside the catalogue's.
+    pub(crate) own: OwnEffects,
+}
+
+/// What tells records, searched with these effects of a person's own, from others: a walk that is kept belongs to both.
+pub(crate) fn subject_of(records: &RecordSet, own: &OwnEffects) -> String {
+    let records = Found::records_of(records);
+    if own.effects().is_empty() {
+        records
+    } else {
+        format!("{records}; own effects {}", checksum(own.text().as_bytes()))
+    }
 }
 
 /// How far to go.
@@ -140,9 +154,9 @@ fn search_of(
         return Ok((Arc::clone(&cached.search), cached.records.clone()));
     }
     (teller.stage)("Preparing the records", 0.0);
-    let ask = Ask { base: key.base.clone(), ..Ask::default() };
+    let ask = Ask { base: key.base.clone(), effects: key.own.effects().to_vec(), ..Ask::default() };
     let search = Arc::new(Search::new(records, &ask)?);
-    let records = Found::records_of(records);
+    let records = subject_of(records, &key.own);
     *cached = Some(CachedSearch { key: key.clone(), search: Arc::clone(&search), records: records.clone() });
     Ok((search, records))
 }

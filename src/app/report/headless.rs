@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::Content;
 use super::content::{Reported, title};
 use crate::app::component::request;
+use crate::app::missing::work::subject_of;
 use crate::app::open::{self, Opening};
 use crate::app::problem::OpeningProblem;
 use crate::app::state::{Base, Edit, Source};
@@ -69,8 +70,8 @@ fn diagnosed(
         Base::Identified if outcome.model.layout.kind == Kind::SecondOrder => identified(),
         Base::Linear | Base::Identified => None,
     };
-    let found = found.filter(|found| found.is_of(&Found::records_of(records), base.as_deref()));
-    let search = Search::new(records, &Ask { base, ..Ask::default() })?;
+    let found = found.filter(|found| found.is_of(&subject_of(records, &walk.own), base.as_deref()));
+    let search = Search::new(records, &Ask { base, effects: walk.own.effects().to_vec(), ..Ask::default() })?;
     if let Some(found) = found
         && let Some(mut restored) = search.restore(found, cancel)?
         && let Some(diagnosis) = restored.conclusions.remove(&walk.accepted)

@@ -5,6 +5,7 @@ use egui::{RichText, Ui};
 use super::class;
 use super::number_row::{combo, number, seed, share, with_unit};
 use super::room::{RigAct, RigRoom};
+use crate::app::commands::{CLASSICS_HINT, WindowCommand};
 use crate::app::state::{Page, RigState};
 use crate::app::theme;
 use crate::app::widgets::{SliderRow, Spread, row, section, switch};
@@ -22,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, room: &RigRoom, state: &mut RigState, acts: &mut
         return;
     }
     let settings = &mut state.settings;
-    plant(ui, settings);
+    plant(ui, settings, acts);
     excitation(ui, settings);
     sensors(ui, settings);
     record(ui, settings);
@@ -38,8 +39,15 @@ impl RigRoom {
     }
 }
 
-fn plant(ui: &mut Ui, settings: &mut RigSettings) {
+fn plant(ui: &mut Ui, settings: &mut RigSettings, acts: &mut Vec<RigAct>) {
     section(ui, "PLANT", |_| {}, |_| {});
+    row(ui, "Classics", CLASSICS_HINT, |ui| {
+        let menu = ui.menu_button("Open one in Identify ⏷", WindowCommand::classics);
+        menu.response.on_hover_text(CLASSICS_HINT);
+        if let Some(WindowCommand::Sample(sample)) = menu.inner.flatten() {
+            acts.push(RigAct::Classic(sample));
+        }
+    });
     let plants = [
         (PlantChoice::OneMass, "one mass", "A mass on a spring and a damper, with any effect of the catalogue"),
         (PlantChoice::TwoMasses, "two masses", "Two masses in a chain; a force acts on the first"),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::work::RecordedRig;
 use crate::app::history::History;
 use crate::app::purpose::Purpose;
-use crate::app::state::{Answered, ClassRound, ClassState, RigState};
+use crate::app::state::{Answered, ClassRound, ClassState, RigState, Sample};
 use sindyscope_core::study::Outcome;
 use sindyscope_rig::{RigRun, RigSettings};
 
@@ -18,6 +18,8 @@ pub(crate) enum RigAct {
     Study,
     /// Open the records of the class's round in Identify.
     StudyRound,
+    /// Open a classic of the rig in Identify.
+    Classic(Sample),
     /// Ask for a file to save something to: the window's own matter.
     #[serde(skip)]
     Save(Purpose),

@@ -35,6 +35,30 @@ pub enum Sample {
     Pendulum,
     /// A mass that a belt drags along.
     Belt,
+    /// A cubic spring alone, strongly driven: chaotic.
+    Ueda,
+    /// A self-excited oscillator under a harmonic force.
+    VanDerPolForced,
+    /// Damping that is negative at low speed, under a harmonic force.
+    Rayleigh,
+    /// A spring that pulsates at twice the natural frequency.
+    Mathieu,
+    /// A mass that hits a stiff stop on one side.
+    HardStop,
+    /// A mass with a gap before the springs on either side.
+    Freeplay,
+    /// Two oblique springs that snap through.
+    Truss,
+    /// A damper that resists extension more than compression.
+    UnevenDamper,
+    /// A plate that a voltage attracts across a gap.
+    Electrostatic,
+    /// A small mass on a cubic spring that takes the energy of a large one.
+    EnergySink,
+    /// The hysteresis of the benchmark of 2016; its sweep held out.
+    BoucWen,
+    /// A mass with a tuned absorber that no sensor sees.
+    Absorber,
     /// A Duffing oscillator that moves too little for its library; four times the force held out.
     Overfit,
 }

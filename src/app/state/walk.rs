@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::own::OwnEffects;
 use sindyscope_search::{Choice, Site};
 use sindyscope_values::term::Term;
 
@@ -26,6 +27,29 @@ pub struct Walk {
     pub base: Base,
     /// The effects that were added, in this order.
     pub accepted: Vec<Choice>,
+    /// Effects of the person's own, searched beside the catalogue's.
+    #[serde(skip_serializing_if = "has_none")]
+    pub own: OwnEffects,
+}
+
+fn has_none(own: &OwnEffects) -> bool {
+    own.text().is_empty()
+}
+
+impl Walk {
+    /// The start: the usual base, nothing added; a person's own effects stay.
+    pub(crate) fn afresh(&self) -> Self {
+        Self { own: self.own.clone(), ..Self::default() }
+    }
+
+    /// Searches these effects of the person's own from now on. What was added goes back to before the first effect that is no more
+    /// what it was.
+    pub(crate) fn take_own(&mut self, own: OwnEffects) {
+        let stays = |choice: &&Choice| self.own.is_alike_in(&choice.effect, &own);
+        let kept = self.accepted.iter().take_while(stays).count();
+        self.accepted.truncate(kept);
+        self.own = own;
+    }
 }
 
 /// One of the four steps of a round.

@@ -20,6 +20,7 @@ impl Update<'_> {
                     self.study_source(Source::Round(case));
                 }
             }
+            RigAct::Classic(sample) => self.study_source(Source::Sample(sample)),
             RigAct::Begin(id) => self.begin_lesson(&id),
             RigAct::DrawRound => {
                 self.derived.rig.class.draws();

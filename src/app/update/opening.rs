@@ -10,7 +10,7 @@ use crate::app::jobs::{Job, Key};
 use crate::app::notices::Level;
 use crate::app::open::{Opened, OpenedProject, Opening, Refused};
 use crate::app::records::Read;
-use crate::app::state::{Document, Edit, Room, Source, Walk, WalkView, absolute};
+use crate::app::state::{Document, Edit, Room, Source, WalkView, absolute};
 use sindyscope_core::prepare::{Preparation, Treatment, bridged};
 use sindyscope_core::study::{Calibrated, Settings};
 use sindyscope_files::ReadOptions;
@@ -108,8 +108,12 @@ impl Update<'_> {
     /// Reads the same source in another way, with settings that suit it.
     fn read_anew(&mut self, reading: ReadOptions) {
         let document = &self.state.document;
-        let edit =
-            Edit { settings: Settings::default(), usage: Vec::new(), walk: Walk::default(), ..document.edit.clone() };
+        let edit = Edit {
+            settings: Settings::default(),
+            usage: Vec::new(),
+            walk: document.edit.walk.afresh(),
+            ..document.edit.clone()
+        };
         let document = Document { reading, edit, suggestion: None, ..document.clone() };
         self.open_with(Opening { document, usage: self.usage_by_name(), ..Opening::default() });
     }

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use super::change::{Update, Want, run};
 use crate::app::derived::Derived;
 use crate::app::jobs::{Done, Key, Part};
+use crate::app::purpose::Purpose;
 use crate::app::saving::SaveResult;
 use crate::app::state::{ClassRound, State};
+use crate::command::shell::quoted;
 
 /// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,11 +73,18 @@ impl Update<'_> {
             }
             Done::Columns(overview) => derived.columns.looked(overview),
             Done::Preview(preview) => derived.columns.previewed(preview),
+            Done::Effects(text) => derived.missing.effects_file = Some(text),
             // The program goes on from the one; the window asks a person about the other.
             Done::Restored(..) | Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
-            Done::Saved(SaveResult::Written { paths, .. }) => {
+            Done::Saved(SaveResult::Written { paths, purpose }) => {
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
-                derived.notices.done(format!("Saved {}", names.join(" and ")));
+                let names = names.join(" and ");
+                derived.notices.done(match purpose {
+                    Purpose::SaveEffects => {
+                        format!("Saved {names}: sindyscope diagnose FILE --effects {}", quoted(&names))
+                    }
+                    _ => format!("Saved {names}"),
+                });
             }
         }
     }
@@ -83,7 +92,7 @@ impl Update<'_> {
     fn failed(&mut self, key: &Key, reason: String) {
         let derived = &mut *self.derived;
         match key {
-            Key::Open | Key::Save(_) => derived.notices.error(reason),
+            Key::Open | Key::Save(_) | Key::Effects => derived.notices.error(reason),
             Key::Choose => derived.notices.error(format!("Nothing was chosen: {reason}")),
             Key::Calibrate => derived.notices.error(format!("Nothing was found: {reason}")),
             Key::Fit => derived.records.failure = Some(reason),

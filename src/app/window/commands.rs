@@ -105,6 +105,11 @@ impl App {
     pub(super) fn walk_on(&mut self, act: WalkAct, ctx: &Context, frame: &eframe::Frame) {
         match act {
             WalkAct::SaveFigure(figure) => (self.figure, self.figure_open) = (figure, true),
+            WalkAct::OpenEffects => self.dialogs.ask(Purpose::Effects, "", frame),
+            WalkAct::SaveEffects(text) => {
+                self.table = text;
+                self.dialogs.ask(Purpose::SaveEffects, "own-effects.toml", frame);
+            }
             WalkAct::SaveTable(what, text) => {
                 self.table = text;
                 self.dialogs.ask(Purpose::Table, &self.file_name(what, "csv"), frame);
@@ -148,6 +153,7 @@ impl App {
             Purpose::Open => self.program.send(Message::Open(paths)),
             Purpose::Add => self.program.send(Message::Add(paths)),
             Purpose::Locate => self.program.send(Message::Locate(path)),
+            Purpose::Effects => self.program.want(Key::Effects, Job::Effects(path)),
             Purpose::Window => {
                 let (send, ctx2) = (self.shots.0.clone(), ctx.clone());
                 ctx.request_screenshot(move |image| {
@@ -175,7 +181,7 @@ impl App {
     fn content(&self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
         let (state, derived) = (&self.program.state, &self.program.derived);
         Some(match purpose {
-            Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Window => return None,
+            Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Effects | Purpose::Window => return None,
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
             Purpose::Log => SavedContent::Text(self.log()),
             Purpose::Model => SavedContent::Model(Arc::clone(derived.records.outcome.as_ref()?)),
@@ -201,7 +207,7 @@ impl App {
                 title: state.shown.modal.view.label(),
             },
             Purpose::Plot => SavedContent::View(Box::new(self.view_picture(ctx)?)),
-            Purpose::Table => SavedContent::Text(self.table.clone()),
+            Purpose::Table | Purpose::SaveEffects => SavedContent::Text(self.table.clone()),
             Purpose::Report(_) => {
                 let subject =
                     ReportSubject::new(state, &derived.records, &derived.missing, (&derived.modal, &derived.component));

@@ -169,6 +169,9 @@ impl App {
         let mut views = self.program.state.shown.views.clone();
         let mut modal = self.program.state.shown.modal.clone();
         self.canvas.walk.view.clone_from(&self.program.state.shown.walk);
+        if let Some(text) = self.program.derived.missing.effects_file.take() {
+            self.canvas.walk.take_effects(&text);
+        }
         let opened = !self.program.derived.records.records.is_empty();
         if opened || self.program.derived.refused.is_some() {
             self.columns(ui, (&mut draft, &mut modal), &mut done);

@@ -95,7 +95,7 @@ fn step(step: &Step<'_>) -> Value {
             "place": c.place.map(|site| site.to_string()),
             "title": c.title,
         })).collect::<Vec<_>>(),
-        "next_experiment": step.round.next_experiment,
+        "next_experiment": step.round.next_experiment.as_ref().map(|next| &next.text),
     })
 }
 

@@ -121,11 +121,20 @@ pub(crate) fn holds(error: f64, noise: f64) -> bool {
 /// None where the model can be followed over no stretch, or it was cancelled.
 pub(crate) fn horizon(structure: &dyn Structure, whole: &[Run], shared: &[f64], goal: Goal<'_>) -> Option<Horizon> {
     let goal = Goal { options: FitOptions { frozen: true, ..goal.options }, ..goal };
+    let at = |level: usize, goal: Goal<'_>| shoot(structure, whole, (shared, None), level, goal, FIRST_STEPS);
     let top = levels(whole, goal.period);
-    let at = |level: usize| shoot(structure, whole, (shared, None), level, goal, FIRST_STEPS);
-    let longest = match at(top) {
+    let longest = match at(top, goal) {
         Some(whole) if top == 0 || holds(whole.error(), goal.noise) => whole,
-        _ => climb(structure, whole, at(0)?, goal).pop()?,
+        _ => {
+            // The smoothed state at a record's ends may be too rough for a chaotic motion to be found from it along two periods.
+            let halved = |k: usize| Goal { period: goal.period / f64::from(1 << k), ..goal };
+            let lands = |goal| at(0, goal).filter(|l| holds(l.error(), goal.noise)).map(|l| (l, goal));
+            let (first, goal) = match (0..=CHAOTIC_HALVINGS).map(halved).find_map(lands) {
+                Some(found) => found,
+                None => (at(0, goal)?, goal),
+            };
+            climb(structure, whole, first, goal).pop()?
+        }
     };
     let weight = longest.runs.first()?.weights.first()?;
     let first = || longest.refined.residuals.iter().zip(&longest.runs).flat_map(|(r, run)| &r[..run.range.len()]);

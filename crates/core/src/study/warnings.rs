@@ -318,7 +318,8 @@ fn unmodelled(outcome: &Outcome) -> Option<Warning> {
                 );
                 warning(Severity::Note, text)
             }
-            None if outcome.model.layout.kind == Kind::FirstOrder && outcome.refinement.is_none() => Warning {
+            // Many sensors point to modes; elsewhere a refined fit tells a motion that is sensitive from a term that is missing.
+            None if by_modes(outcome).is_none() && outcome.refinement.is_none() => Warning {
                 severity: Severity::Caution,
                 text: format!(
                     "{parts}: the equation lacks something, or a free run of this motion is sensitive to its start"

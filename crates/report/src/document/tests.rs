@@ -366,7 +366,7 @@ fn the_walk_is_told_in_every_document() {
         place: Place { sentence: "Near zero velocity.".into(), ..Place::default() },
         candidates: vec![candidate, rival],
         finding: Finding::Ambiguous(vec![1]),
-        next_experiment: Some("Run it slowly.".into()),
+        next_experiment: Some(NextExperiment { text: "Run it slowly.".into(), test: None }),
         lead: None,
         hidden_up_to: Vec::new(),
     };

@@ -128,7 +128,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> 
         if !alike.is_empty() {
             line("or else", &format!("{}: these data cannot tell.", alike.join("; ")));
         }
-        line("next", step.round.next_experiment.as_deref().unwrap_or_default());
+        line("next", step.round.next_experiment.as_ref().map_or("", |next| &next.text));
     }
     if !steps.is_empty() {
         let _ = write!(out, "\nWith what was added\n{}", equations::text(&last.model, Some(&units(&last.model))));
@@ -301,7 +301,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
         }
     }
     if let Some(next) = &round.next_experiment {
-        blocks.push(Block::Paragraph(format!("Next experiment: {next}")));
+        blocks.push(Block::Paragraph(format!("Next experiment: {}", next.text)));
     }
     if round.evidence.significant {
         blocks.extend(candidates(round, unit, tested));

@@ -15,6 +15,7 @@ mod chosen;
 mod contribution;
 mod driving;
 mod excitation_kind;
+mod follow_up;
 mod friction;
 mod host_plant;
 mod instruments;
@@ -59,6 +60,7 @@ pub(crate) use host_plant::DriveKind;
 
 pub use catalogue::{exercised, names, outside_names, pairs, possible, title};
 pub use excitation_kind::ExcitationKind;
+pub use follow_up::{FollowUp, FollowUpDrive, follow_up};
 pub use instruments::{Instruments, SensedMotion};
 pub use regime::Regime;
 pub use scenario::{HIDDEN_SCENARIO, HiddenOptions, NOTHING, hidden_records};
@@ -140,6 +142,11 @@ pub struct Hidden {
 /// An unknown effect, or one that cannot be under the excitation; a ratio or number of samples out of bounds; a plant whose
 /// motion stays unbounded however it is drawn.
 pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
+    performed(request).map(|(plan, performed)| plan.hidden(&performed))
+}
+
+/// Draws plants until one hides what is asked for.
+fn performed(request: &HiddenRequest) -> Result<(HiddenPlan<'static>, PerformedPlan), RigError> {
     let effects =
         request.effects.iter().map(|name| known(name, request.excitation_kind)).collect::<Result<Vec<_>, _>>()?;
     let bad = |option, problem: String| Err(RigError::BadOption { option, problem });
@@ -157,7 +164,7 @@ pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
         return bad("noise", "give a share of the RMS from 0 to 100%".to_owned());
     }
     let mut failure = RigError::Unbounded { time: 0.0 };
-    let mut weak: Option<Hidden> = None;
+    let mut weak = None;
     for attempt in 0..MOST_ATTEMPTS {
         let plan = HiddenPlan::draw(request, &effects, attempt)?;
         if let Some(fault) = plan.sensor_fault().filter(|_| request.instruments.shown != SensedMotion::Displacement) {
@@ -167,17 +174,17 @@ pub fn draw(request: &HiddenRequest) -> Result<Hidden, RigError> {
             EffectSizes::Ratios(targets, _) => targets.clone(),
             EffectSizes::Still(..) | EffectSizes::Strengths(_) => Vec::new(),
         };
-        match plan.perform().map(|(plan, performed)| plan.hidden(&performed)) {
-            Ok(hidden) => {
-                let ratios = hidden.truth.ratios.iter().zip(&targets);
+        match plan.perform() {
+            Ok((plan, performed)) => {
+                let ratios = performed.ratios.iter().zip(&targets);
                 let weakest = ratios.map(|(ratio, target)| ratio / target).fold(1.0, f64::min);
                 if weakest >= LEAST_REACHED {
-                    return Ok(hidden);
+                    return Ok((plan, performed));
                 }
                 if weak.is_some() {
                     break;
                 }
-                weak = Some(hidden);
+                weak = Some((plan, performed));
             }
             Err(error) => failure = error,
         }

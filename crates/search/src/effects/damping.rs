@@ -134,7 +134,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         form: frame.form.clone(),
         site: Some(frame.site),
         coefficients: vec![coefficient("c_p", 1, -2, Direction::Against)],
-        inner: vec![Inner::new("p", (0, 0), even(0.4, 3.4, 11), (0.15, 5.0))],
+        inner: vec![Inner { simple: &[1.0, 2.0, 3.0], ..Inner::new("p", (0, 0), even(0.4, 3.4, 11), (0.15, 5.0)) }],
         contains: &["coulomb_friction", "viscous_damping", "quadratic_damping", "cubic_damping"],
         axis: Axis::Velocity,
         build: shared(move |inner| {

@@ -61,7 +61,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             coefficients: vec![coefficient("F_c", 1, -2, Direction::Against)],
             inner: vec![Inner {
                 jumps: true,
-                simple: Some(1.0),
+                simple: &[1.0],
                 ..Inner::new("F_s/F_c", (0, 0), vec![1.2, 1.6, 2.3], (1.0, 6.0))
             }],
             contains: &["coulomb_friction"],
@@ -120,7 +120,7 @@ fn belt(frame: &Frame, forms: &mut Vec<Form>) {
         None => even(-0.95 * speed, 0.95 * speed, 20),
     };
     let surface =
-        || Inner { simple: Some(0.0), ..Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed)) };
+        || Inner { simple: &[0.0], ..Inner::new("v_0", (1, -1), speeds.clone(), (-1.5 * speed, 1.5 * speed)) };
     let sliding = || coefficient("F_c", 1, -2, Direction::Against);
     let there = frame.clone();
     let steady = shared(move |inner: &[f64]| Addition {

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use description::DESCRIPTION;
 pub(crate) use description::described;
 pub(crate) use own::own;
-pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnTerm};
+pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
@@ -148,13 +148,13 @@ pub(crate) struct Inner {
     pub(crate) bounds: (f64, f64),
     /// The response jumps where it passes certain values: each at which a stop begins or ends.
     pub(crate) jumps: bool,
-    /// The value at which the effect is a simpler one that it contains.
-    pub(crate) simple: Option<f64>,
+    /// The values at which the effect is a simpler one that it contains.
+    pub(crate) simple: &'static [f64],
 }
 
 impl Inner {
     fn new(name: &'static str, dimension: (i32, i32), grid: Vec<f64>, bounds: (f64, f64)) -> Self {
-        Self { name, dimension, unit: None, of_input: None, grid, bounds, jumps: false, simple: None }
+        Self { name, dimension, unit: None, of_input: None, grid, bounds, jumps: false, simple: &[] }
     }
 }
 

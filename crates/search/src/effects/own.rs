@@ -11,6 +11,7 @@ use super::{
 use crate::guide::guide;
 use crate::site::Site;
 use crate::words::sentence_case;
+use sindyscope_values::model::Equation;
 use sindyscope_values::record::{parse_unit, unit_factors};
 use sindyscope_values::term::{Expression, Function, Symbol, Term};
 
@@ -18,6 +19,8 @@ use sindyscope_values::term::{Expression, Function, Symbol, Term};
 const ACROSS: [&str; 2] = ["r", "w"];
 /// Inner quantities at most: each multiplies the values that are tried.
 const MOST_INNER: usize = 3;
+/// States of its own at most.
+const MOST_STATES: usize = 3;
 /// Values of a quantity that are tried, where there is one, where there are two, and where there are three.
 const TRIED: [usize; MOST_INNER] = [16, 7, 5];
 /// Range of a quantity from which on it is tried by its logarithm.
@@ -38,7 +41,10 @@ pub struct OwnEffect {
     pub over: Option<Axis>,
     /// What it adds to the acceleration.
     pub terms: Vec<OwnTerm>,
-    /// The quantities inside its terms.
+    /// States of its own, which no sensor shows and which begin at zero: what makes a force remember.
+    #[serde(default)]
+    pub states: Vec<OwnState>,
+    /// The quantities inside its terms and rates.
     pub inner: Vec<OwnQuantity>,
     /// Effects that it contains as special cases: where they do as well, they are preferred.
     pub contains: Vec<String>,
@@ -72,6 +78,15 @@ pub enum OwnSign {
     Negative,
 }
 
+/// A state of an effect's own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OwnState {
+    /// Its symbol: `z`.
+    pub name: String,
+    /// Its time derivative, written as a term is: `w-z/tau`.
+    pub rate: String,
+}
+
 /// A quantity inside a term.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OwnQuantity {
@@ -96,6 +111,10 @@ pub enum OwnPart {
     Term(usize, usize),
     /// The name of a term's coefficient.
     Coefficient(usize),
+    /// The name of one of its states.
+    State(usize),
+    /// The rate of one of its states, and the column in it, from 0.
+    Rate(usize, usize),
     /// One of its inner quantities.
     Quantity(usize),
     /// An effect that it contains.
@@ -136,37 +155,83 @@ impl OwnEffect {
             return wrong(OwnPart::Contains(k), problem);
         }
         self.check_quantities()?;
+        self.check_states()?;
         if self.terms.is_empty() {
             return wrong(OwnPart::Terms, "an effect needs a term at least".to_owned());
         }
-        let middle: Vec<f64> = self.inner.iter().map(OwnQuantity::middle).collect();
-        let across = ACROSS.map(|_| "x".to_owned());
         for (k, OwnTerm { text, coefficient, .. }) in self.terms.iter().enumerate() {
             if coefficient.trim().is_empty() || self.terms[..k].iter().any(|t| t.coefficient == *coefficient) {
                 let problem = format!("each coefficient needs a name of its own, `{coefficient}` is none");
                 return wrong(OwnPart::Coefficient(k), problem);
             }
-            let pieces = self.pieces(text);
-            let term = Term::parse(&written(&pieces, &middle, &across)).map_err(|error| OwnError {
-                part: OwnPart::Term(k, self.column(&pieces, (&middle, &across), error.column.saturating_sub(1))),
-                problem: self.with_own_names(error.problem),
-            })?;
-            let foreign = |s: &Symbol| matches!(s, Symbol::Internal(_) | Symbol::Acceleration(_));
-            if let Some(symbol) = term.symbols().into_iter().find(foreign) {
-                let problem = match symbol {
-                    Symbol::Acceleration(_) => {
-                        "an acceleration stands on the other side of the equation: write the force \
-                                                over displacement, velocity, input and time"
-                    }
-                    _ => "an effect of one's own has no states of its own",
-                };
-                return wrong(OwnPart::Term(k, 0), problem.to_owned());
+            self.check_text(text, &|column| OwnPart::Term(k, column))?;
+        }
+        for (k, state) in self.states.iter().enumerate() {
+            self.check_text(&state.rate, &|column| OwnPart::Rate(k, column))?;
+        }
+        for (k, state) in self.states.iter().enumerate() {
+            if !self.terms.iter().any(|t| self.pieces(&t.text).contains(&Piece::State(k)))
+                && !self.states.iter().any(|s| s != state && self.pieces(&s.rate).contains(&Piece::State(k)))
+            {
+                return wrong(OwnPart::State(k), format!("no term has `{}` in it", state.name));
             }
         }
         for (k, quantity) in self.inner.iter().enumerate() {
-            let used = self.terms.iter().any(|t| self.pieces(&t.text).contains(&Piece::Inner(k)));
-            if !used {
+            if !self.texts().any(|text| self.pieces(text).contains(&Piece::Inner(k))) {
                 return wrong(OwnPart::Quantity(k), format!("no term has `{}` in it", quantity.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Its terms and the rates of its states, as they are written.
+    fn texts(&self) -> impl Iterator<Item = &str> {
+        self.terms.iter().map(|t| t.text.as_str()).chain(self.states.iter().map(|s| s.rate.as_str()))
+    }
+
+    /// Whether a text is a term, `part` being the place of a column in it.
+    fn check_text(&self, text: &str, part: &dyn Fn(usize) -> OwnPart) -> Result<(), OwnError> {
+        let middle: Vec<f64> = self.inner.iter().map(OwnQuantity::middle).collect();
+        let across = ACROSS.map(|_| "x".to_owned());
+        let pieces = self.pieces(text);
+        let mut column = 0;
+        for piece in &pieces {
+            if let Piece::Text(token) = piece
+                && is_state(token)
+            {
+                let problem = format!("`{token}` is a state whose rate is not said: write it under [effect.states]");
+                return Err(OwnError { part: part(column), problem });
+            }
+            column += self.length(piece);
+        }
+        let term = Term::parse(&written(&pieces, &middle, &across)).map_err(|error| OwnError {
+            part: part(self.column(&pieces, (&middle, &across), error.column.saturating_sub(1))),
+            problem: self.with_own_names(error.problem),
+        })?;
+        if term.symbols().iter().any(|s| matches!(s, Symbol::Acceleration(_))) {
+            let problem = "an acceleration stands on the other side of the equation: write the force over displacement, \
+                           velocity, input and time";
+            return Err(OwnError { part: part(0), problem: problem.to_owned() });
+        }
+        Ok(())
+    }
+
+    fn check_states(&self) -> Result<(), OwnError> {
+        for (k, OwnState { name, .. }) in self.states.iter().enumerate() {
+            let wrong = |problem: String| Err(OwnError { part: OwnPart::State(k), problem });
+            let taken = ACROSS.contains(&name.as_str())
+                || Function::ALL.iter().any(|f| f.name() == name)
+                || ["sign", "ln"].contains(&name.as_str())
+                || self.inner.iter().any(|q| q.name == *name)
+                || (Term::parse(name).is_ok() && !is_state(name));
+            if !is_name(name) {
+                return wrong(format!("`{name}` is no name: letters, digits and _ are"));
+            }
+            if taken || self.states[..k].iter().any(|s| s.name == *name) {
+                return wrong(format!("`{name}` has a meaning in terms already: give the state another name, as z"));
+            }
+            if k >= MOST_STATES {
+                return wrong(format!("an effect may have {MOST_STATES} states of its own, `{name}` is one more"));
             }
         }
         Ok(())
@@ -216,7 +281,8 @@ impl OwnEffect {
             rest = behind;
             let across = ACROSS.iter().position(|a| *a == token).map(Piece::Across);
             let inner = self.inner.iter().position(|q| q.name == token).map(Piece::Inner);
-            pieces.push(across.or(inner).unwrap_or_else(|| Piece::Text(token.to_owned())));
+            let state = self.states.iter().position(|s| s.name == token).map(Piece::State);
+            pieces.push(across.or(inner).or(state).unwrap_or_else(|| Piece::Text(token.to_owned())));
         }
         pieces
     }
@@ -227,7 +293,8 @@ impl OwnEffect {
             return problem;
         }
         let inner = self.inner.iter().map(|q| q.name.as_str());
-        let names: Vec<&str> = ACROSS.into_iter().chain(inner).collect();
+        let states = self.states.iter().map(|s| s.name.as_str());
+        let names: Vec<&str> = ACROSS.into_iter().chain(inner).chain(states).collect();
         let (last, first) = names.split_last().unwrap_or((&"", &[]));
         format!("{problem}; here also {} and {last}", first.join(", "))
     }
@@ -241,25 +308,31 @@ impl OwnEffect {
                 return own + if matches!(piece, Piece::Text(_)) { read - seen } else { 0 };
             }
             seen += length;
-            own += match piece {
-                Piece::Text(text) => text.chars().count(),
-                Piece::Across(k) => ACROSS[*k].len(),
-                Piece::Inner(k) => self.inner[*k].name.len(),
-            };
+            own += self.length(piece);
         }
         own
     }
 
-    /// True if it acts across a place, whichever.
-    fn is_across(&self) -> bool {
-        self.terms.iter().any(|t| self.pieces(&t.text).iter().any(|p| matches!(p, Piece::Across(_))))
+    /// Characters of a piece in the entry's text.
+    fn length(&self, piece: &Piece) -> usize {
+        match piece {
+            Piece::Text(text) => text.chars().count(),
+            Piece::Across(k) => ACROSS[*k].len(),
+            Piece::Inner(k) => self.inner[*k].name.len(),
+            Piece::State(k) => self.states[*k].name.len(),
+        }
     }
 
-    /// The terms without the quantities' values, to be looked at.
+    /// True if it acts across a place, whichever.
+    fn is_across(&self) -> bool {
+        self.texts().any(|text| self.pieces(text).iter().any(|p| matches!(p, Piece::Across(_))))
+    }
+
+    /// The terms and rates without the quantities' values, to be looked at.
     pub(crate) fn sample(&self) -> Vec<Term> {
         let middle: Vec<f64> = self.inner.iter().map(OwnQuantity::middle).collect();
         let across = ["x", "v"].map(str::to_owned);
-        self.terms.iter().filter_map(|t| Term::parse(&written(&self.pieces(&t.text), &middle, &across)).ok()).collect()
+        self.texts().filter_map(|text| Term::parse(&written(&self.pieces(text), &middle, &across)).ok()).collect()
     }
 
     /// Its forms for a setting; `units` are those of the records' channels.
@@ -274,6 +347,7 @@ impl OwnEffect {
     fn form(&self, frame: &Frame, units: &[&str]) -> Form {
         let across = [frame.r(), frame.w()].map(|e| format!("({})", Term::new(e).as_str()));
         let pieces: Vec<Vec<Piece>> = self.terms.iter().map(|t| self.pieces(&t.text)).collect();
+        let rates: Vec<Vec<Piece>> = self.states.iter().map(|s| self.pieces(&s.rate)).collect();
         let tried = TRIED[self.inner.len().clamp(1, MOST_INNER) - 1];
         let coefficient = |t: &OwnTerm| Coefficient {
             name: t.coefficient.clone(),
@@ -321,7 +395,8 @@ impl OwnEffect {
                     // Where a value leaves no term, as by a division by zero, there is no force.
                     parsed.unwrap_or_else(|_| Term::new(Expression::Number(0.0)))
                 };
-                Addition { terms: pieces.iter().map(term).collect(), ..Addition::default() }
+                let internals = rates.iter().map(|pieces| equation(term(pieces).expression())).collect();
+                Addition { terms: pieces.iter().map(term).collect(), internals, ..Addition::default() }
             }),
         }
     }
@@ -349,6 +424,7 @@ enum Piece {
     /// One of [`ACROSS`].
     Across(usize),
     Inner(usize),
+    State(usize),
 }
 
 impl Piece {
@@ -357,8 +433,27 @@ impl Piece {
             Self::Text(text) => text.clone(),
             Self::Across(k) => across[*k].clone(),
             Self::Inner(k) => format!("({})", inner.get(*k).copied().unwrap_or(1.0)),
+            Self::State(k) => format!("z{}", k + 1),
         }
     }
+}
+
+/// True if a name is one of an internal state in terms: `z`, `z1`, …
+fn is_state(name: &str) -> bool {
+    let digits = name.strip_prefix('z');
+    digits.is_some_and(|digits| digits.chars().all(|c| c.is_ascii_digit()))
+}
+
+/// A rate as an equation, one term an addend: so one that is linear in the states is seen to be.
+fn equation(rate: &Expression) -> Equation {
+    let parts = match rate.normal() {
+        Expression::Sum(parts) => parts,
+        other => vec![other],
+    };
+    Equation::known(parts.into_iter().map(|part| {
+        let (coefficient, rest) = part.apart();
+        (Term::new(rest.normal()), coefficient)
+    }))
 }
 
 fn written(pieces: &[Piece], inner: &[f64], across: &[String; 2]) -> String {
@@ -391,7 +486,8 @@ fn axis(terms: &[Term]) -> Axis {
     let symbols: Vec<Symbol> = terms.iter().flat_map(Term::symbols).collect();
     let has = |wanted: fn(&Symbol) -> bool| symbols.iter().any(wanted);
     let input = symbols.iter().find_map(|s| if let Symbol::Input(j) = s { Some(*j) } else { None });
-    match (has(|s| matches!(s, Symbol::State(_))), has(|s| matches!(s, Symbol::Rate(_))), input) {
+    let over_displacement = has(|s| matches!(s, Symbol::State(_) | Symbol::Internal(_)));
+    match (over_displacement, has(|s| matches!(s, Symbol::Rate(_))), input) {
         (true, ..) => Axis::Displacement,
         (_, true, _) => Axis::Velocity,
         (_, _, Some(j)) => Axis::Input(j),

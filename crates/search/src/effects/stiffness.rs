@@ -32,7 +32,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         axis: Axis::Displacement,
         build,
     };
-    let exponent = |grid: Vec<f64>| Inner::new("p", (0, 0), grid, (0.15, 7.0));
+    let exponent = |grid: Vec<f64>, simple| Inner { simple, ..Inner::new("p", (0, 0), grid, (0.15, 7.0)) };
     let there = frame.clone();
     // Counted in the largest displacement, so that the coefficient's size does not hang on the exponent.
     let both = shared(move |inner: &[f64]| {
@@ -41,7 +41,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
     });
     forms.push(form(
         "",
-        vec![exponent(even(0.5, 5.5, 11))],
+        vec![exponent(even(0.5, 5.5, 11), &[1.0, 3.0, 5.0])],
         &["linear_stiffness", "cubic_stiffness", "quintic_stiffness"],
         both,
     ));
@@ -53,7 +53,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         });
         let inner = vec![
             Inner::new("d", (1, 0), even(-0.6 * reach, 0.8 * reach, 8), (-0.98 * reach, 0.95 * reach)),
-            exponent(vec![1.5, 2.5]),
+            exponent(vec![1.5, 2.5], &[1.0]),
         ];
         forms.push(form(words, inner, &["one_sided_stop", "bilinear_stiffness"], contact));
     }

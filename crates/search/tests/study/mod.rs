@@ -1,5 +1,6 @@
 //! The study of hidden effects: the virtual rig hides one, the search is given the records alone.
 
+pub(crate) mod experiments;
 pub(crate) mod places;
 pub(crate) mod two_masses;
 
