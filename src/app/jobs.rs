@@ -6,9 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent, diagnose_component, identify_component};
-use sindyscope_analysis::effects;
 use sindyscope_analysis::missing::MAX_EFFECTS;
-use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource};
+use sindyscope_analysis::{AnalysisRequest, MissingRequest, RecordSource, effects};
 use sindyscope_core::prepare::{Preparation, prepare_leniently};
 use sindyscope_core::study::{
     Calibrated, Calibration, Cancel, ChosenSettings, Ensemble, FreeSettings, Outcome, Settings, SettingsGrid, Study,
@@ -346,11 +345,11 @@ impl Work for Job {
             }
             Self::Columns { path, reading } => Done::Columns(columns::overview(&path, &reading)),
             Self::Preview { path, reading } => Done::Preview(columns::preview(&path, &reading, cancel)),
-            Self::Effects(path) => Done::Effects(effects::text_of_file(&path).map_err(sentence)?),
             Self::ModalFigure(request) => {
                 request.make();
                 Done::Nothing
             }
+            Self::Effects(path) => Done::Effects(effects::text_of_file(&path).map_err(sentence)?),
             Self::Figure(request) => {
                 request.make();
                 Done::Nothing

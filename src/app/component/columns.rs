@@ -32,10 +32,11 @@ pub(crate) fn findings(
     let Some((specimen, model)) = of else { return };
     fit(ui, specimen, model, noise);
     section(ui, "EQUATION", |_| {}, |_| {});
-    equation(ui, "F =", &model.force, model);
+    equation(ui, "F =", &model.force, (model, true));
     for (k, internal) in model.internals.iter().enumerate() {
         let name = Term::new(Expression::Symbol(Symbol::Internal(k))).pretty(&model.layout);
-        equation(ui, &format!("d{name}/dt ="), internal, model);
+        // Their coefficients have another unit than those of a force.
+        equation(ui, &format!("d{name}/dt ="), internal, (model, false));
     }
     records(ui, specimen, model);
     ui.add_space(8.0);
@@ -67,8 +68,8 @@ fn fit(ui: &mut Ui, specimen: &Specimen, model: &ComponentModel, noise: Option<f
     );
 }
 
-/// An equation: each term's coefficient ± standard error, the term, its unit, its share.
-fn equation(ui: &mut Ui, head: &str, equation: &Equation, model: &ComponentModel) {
+/// An equation: each term's coefficient ± standard error, the term, its unit in a force where `units` asks for it, its share.
+fn equation(ui: &mut Ui, head: &str, equation: &Equation, (model, units): (&ComponentModel, bool)) {
     line(ui, ROW, |ui| {
         ui.label(RichText::new(head).size(14.0));
         if equation.terms.is_empty() {
@@ -81,7 +82,7 @@ fn equation(ui: &mut Ui, head: &str, equation: &Equation, model: &ComponentModel
         let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::hover());
         let pretty = term.term.pretty(&model.layout);
         response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, format!("{} {pretty}", number.trim())));
-        let unit = model.unit(&term.term).filter(|u| u != "1").map(|u| as_fraction(&u)).unwrap_or_default();
+        let unit = model.unit(&term.term).filter(|u| units && u != "1").map(|u| as_fraction(&u)).unwrap_or_default();
         let bar = egui::Rect::from_min_max(
             pos2(rect.right() - BAR - 4.0, rect.center().y - 3.0),
             pos2(rect.right() - 4.0, rect.center().y + 3.0),
@@ -93,7 +94,7 @@ fn equation(ui: &mut Ui, head: &str, equation: &Equation, model: &ComponentModel
         inside.label(RichText::new(number).monospace());
         inside.label(RichText::new(pretty).strong());
         inside.add(Label::new(RichText::new(&unit).weak().size(11.5)).truncate());
-        response.on_hover_text(format!("Share of the force: {} %; unit: {unit}", significant(100.0 * term.share, 2)));
+        response.on_hover_text(format!("Its share of the right-hand side: {} %", significant(100.0 * term.share, 2)));
     }
 }
 
