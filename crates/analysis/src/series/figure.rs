@@ -33,8 +33,9 @@ impl Series {
                 let error = p.std_error.unwrap_or(0.0);
                 [p.value - error, p.value + error]
             };
-            let y = Axis::linear(parameter.name.as_str(), "", ends(&interval, &parameter.points));
+            let y = Axis::linear("", "", ends(&interval, &parameter.points));
             let mut panel = Panel::new(id, Axis::linear(over, "", across), y);
+            panel.title.clone_from(&parameter.name);
             panel.layers = parameter.trend.iter().flat_map(|t| trend_layers(t, across)).collect();
             let bars = parameter.points.iter().filter(|p| p.std_error.is_some());
             let bars = bars.map(|p| [p.at, interval(p)[0], interval(p)[1]]).collect();
