@@ -17,7 +17,7 @@ use sindyscope_modes::{FoundForce, StructureDiagnosis};
 use sindyscope_report::figure::Figure;
 use sindyscope_report::modal::{before_and_after, diagnosis_lines, remaining, verdict};
 use sindyscope_values::format::number::{format_measured, significant};
-use sindyscope_values::format::units::as_fraction;
+use sindyscope_values::format::units::{as_fraction, raised};
 
 /// Least height of the figure, points.
 const FIGURE: f32 = 300.0;
@@ -92,7 +92,7 @@ fn told(ui: &mut Ui, found: &StructureDiagnosis) {
     card(ui, edge, |ui| {
         ui.add(Label::new(RichText::new(verdict(found)).strong()).wrap());
         for text in diagnosis_lines(found).into_iter().filter(|text| *text != verdict(found)) {
-            ui.add(Label::new(text).wrap());
+            ui.add(Label::new(raised(&text)).wrap());
         }
         let text = format!("Remaining: {}.", remaining(found));
         ui.add(Label::new(RichText::new(text).weak()).wrap());

@@ -13,7 +13,7 @@ use crate::modal::{
 use sindyscope_core::study::Score;
 use sindyscope_modes::{ModalAnalysis, RecordFit, StructureDiagnosis};
 use sindyscope_values::format::number::{format_measured, plain, significant};
-use sindyscope_values::format::units::format_si;
+use sindyscope_values::format::units::{format_si, raised};
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::Usage;
 
@@ -99,7 +99,7 @@ impl ModesReport<'_> {
         let Some(sensor) = structure.sensors.first() else { return Vec::new() };
         let tile = |label: &'static str, score: Score| Tile {
             label,
-            value: format_si(score.rmse, &sensor.unit, 3),
+            value: raised(&format_si(score.rmse, &sensor.unit, 3)),
             note: format!("RMSE of {}; {} % of it", sensor.name, significant(100.0 * score.nrmse, 3)),
         };
         let of = |(label, usage)| structure.score(0, usage).map(|score| tile(label, score));
@@ -148,7 +148,7 @@ impl ModesReport<'_> {
                 Cell::Text(record.name.clone()),
                 Cell::Text(if record.usage == Usage::Fit { "fitted" } else { "held out" }.into()),
                 Cell::Text(sensor.name.clone()),
-                Cell::Number(format_si(score.rmse, &sensor.unit, 3)),
+                Cell::Number(raised(&format_si(score.rmse, &sensor.unit, 3))),
                 Cell::Number(format!("{} %", significant(100.0 * score.nrmse, 3))),
             ])
         };

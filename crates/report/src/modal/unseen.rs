@@ -6,6 +6,7 @@ use crate::figure::thin::Spacing;
 use crate::figure::{Axis, Figure, Fit, Layer, Panel, Samples, Shape};
 use crate::palette::Ink;
 use sindyscope_modes::{Sensor, UnseenRecord};
+use sindyscope_values::format::units::raised;
 
 /// The response of one sensor along a record never fitted, and beneath it what the linear model and the one with the force leave.
 pub fn before_and_after(record: &UnseenRecord, at: usize, sensor: &Sensor) -> Figure {
@@ -15,8 +16,8 @@ pub fn before_and_after(record: &UnseenRecord, at: usize, sensor: &Sensor) -> Fi
     let samples = |values: &[f64]| Shape::Samples(Samples::new(values, spacing));
     let modelled = |left: &[f64]| -> Vec<f64> { record.measured[at].iter().zip(left).map(|(y, e)| y - e).collect() };
     let mut upper =
-        Panel::new("unseen response", time(), Axis::linear(sensor.name.as_str(), sensor.unit.as_str(), (-1.0, 1.0)));
-    let mut lower = Panel::new("unseen error", time(), Axis::linear("E", sensor.unit.as_str(), (-1.0, 1.0)));
+        Panel::new("unseen response", time(), Axis::linear(sensor.name.as_str(), raised(&sensor.unit), (-1.0, 1.0)));
+    let mut lower = Panel::new("unseen error", time(), Axis::linear("E", raised(&sensor.unit), (-1.0, 1.0)));
     let (linear, with) = (Ink::of_stage(0), Ink::of_stage(1));
     upper.layers.push(Layer::new(Ink::Measured, "measured", samples(&record.measured[at])));
     upper.layers.push(Layer::new(linear, "linear modes", samples(&modelled(&record.before[at]))));
