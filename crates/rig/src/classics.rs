@@ -363,7 +363,7 @@ pub(super) static CLASSICS: [Scenario; 17] = [
         // J. P. Den Hartog, Mechanical Vibrations, 4th ed. 1956, section 3.3: for a mass ratio μ = m2/m1 the absorber is tuned to
         // 1/(1 + μ) of the frequency Ω of the bare mass, c12 = 2 m2 Ω √(3μ/(8 (1 + μ)³)). Here μ = 1/20, Ω = 20 rad/s.
         name: "absorber",
-        summary: "a mass with a tuned absorber that no sensor sees (Den Hartog), random-phase multisine force; --measure x sees both",
+        summary: "a mass with a tuned absorber that no sensor sees (Den Hartog), random-phase multisine force; x2 can be measured too",
         amplitude: 4.0,
         frequencies: &[0.5, 8.0],
         initial: &[0.0; 4],
