@@ -163,6 +163,21 @@ pub(crate) fn chip(ui: &mut Ui, label: &str, on: bool, partly: bool, tooltip: &s
     response
 }
 
+/// A tab above a figure, underlined while its view is shown; true if it was clicked.
+pub(crate) fn tab(ui: &mut Ui, label: &str, hint: impl Into<egui::WidgetText>, on: bool) -> bool {
+    let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
+    let text = RichText::new(label).color(color);
+    let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
+    let response = ui.add(button).on_hover_text(hint);
+    response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, label));
+    if on {
+        let accent = theme::accents(ui.visuals().dark_mode).accent;
+        let line = response.rect.bottom() + 1.0;
+        ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, accent));
+    }
+    response.clicked()
+}
+
 /// A button that is only a sign, with a name for those who do not see it.
 pub(crate) fn icon(ui: &mut Ui, sign: &str, name: &str, hint: &str, enabled: bool) -> Response {
     let button = egui::Button::new(RichText::new(sign).size(15.0)).frame_when_inactive(false).min_size(vec2(26.0, ROW));

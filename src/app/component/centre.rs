@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{Context, Label, RichText, Stroke, Ui, WidgetInfo, vec2};
+use egui::{Context, Label, RichText, Ui, vec2};
 
 use super::room::{ComponentCanvas, ComponentRoom};
 use crate::app::figure_panel::FigureLook;
@@ -11,7 +11,7 @@ use crate::app::plot::figures::FigurePlace;
 use crate::app::plot::painter::Wish;
 use crate::app::queue::JobProgress;
 use crate::app::theme::{self, ROW};
-use crate::app::widgets::{card, line, record_steps};
+use crate::app::widgets::{card, line, record_steps, tab};
 use sindyscope_component::{ComponentModel, Specimen};
 use sindyscope_report::component::{ComponentView, effect_lines, error_share, verdict};
 use sindyscope_report::figure::Figure;
@@ -87,22 +87,11 @@ fn figure(
 }
 
 fn tabs(ui: &mut Ui, shown: ComponentView) -> Option<ComponentAct> {
-    let accent = theme::accents(ui.visuals().dark_mode).accent;
     let mut act = None;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for view in ComponentView::ALL {
-            let on = shown == view;
-            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-            let text = RichText::new(view.label()).color(color);
-            let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-            let response = ui.add(button).on_hover_text(view.tooltip());
-            response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
-            if on {
-                let y = response.rect.bottom() + 1.0;
-                ui.painter().hline(response.rect.x_range().shrink(6.0), y, Stroke::new(2.0, accent));
-            }
-            if response.clicked() {
+            if tab(ui, view.label(), view.tooltip(), shown == view) {
                 act = Some(ComponentAct::View(view));
             }
         }

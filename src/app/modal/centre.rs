@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{Align, ComboBox, Context, Id, Layout, RichText, Stroke, Ui, WidgetInfo, vec2};
+use egui::{Align, ComboBox, Context, Id, Layout, Ui, vec2};
 
 use super::room::ModalRoom;
 use crate::app::figure_panel::FigureLook;
@@ -10,8 +10,7 @@ use crate::app::plot::painter::{self, Look, Plots, ShownPanel, Wish};
 use crate::app::plot::{display, legend, palette};
 use crate::app::records::OpenRecords;
 use crate::app::state::ModalShown;
-use crate::app::theme;
-use crate::app::widgets::record_steps;
+use crate::app::widgets::{record_steps, tab};
 use sindyscope_modes::{ModalAnalysis, Pole, Stability};
 use sindyscope_report::figure::Figure;
 use sindyscope_report::modal::{ModalOptions, ModalSubject, ModalView, modal_averages};
@@ -109,21 +108,10 @@ pub(crate) fn show(
 }
 
 fn tabs(ui: &mut Ui, shown: &mut ModalView) {
-    let accent = theme::accents(ui.visuals().dark_mode).accent;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for view in ModalView::ALL {
-            let on = *shown == view;
-            let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-            let text = RichText::new(view.label()).color(color);
-            let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-            let response = ui.add(button).on_hover_text(view.tooltip());
-            response.widget_info(|| WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
-            if on {
-                let y = response.rect.bottom() + 1.0;
-                ui.painter().hline(response.rect.x_range().shrink(6.0), y, Stroke::new(2.0, accent));
-            }
-            if response.clicked() {
+            if tab(ui, view.label(), view.tooltip(), *shown == view) {
                 *shown = view;
             }
         }

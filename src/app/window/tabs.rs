@@ -6,6 +6,7 @@ use crate::app::commands::WindowCommand;
 use crate::app::state::ViewState;
 use crate::app::theme;
 use crate::app::views::{Group, View};
+use crate::app::widgets::tab;
 
 /// Width from which on the groups and the views of one stand in one row, points.
 const ONE_ROW: f32 = 600.0;
@@ -45,19 +46,9 @@ fn groups(ui: &mut Ui, shown: &mut View, views: &ViewState) {
 
 fn views_of_group(ui: &mut Ui, shown: &mut View) {
     ui.spacing_mut().item_spacing.x = 2.0;
-    let accent = theme::accents(ui.visuals().dark_mode).accent;
     for view in shown.group().views() {
-        let on = *shown == view;
-        let color = if on { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
-        let text = RichText::new(view.label()).color(color);
-        let button = egui::Button::new(text).frame_when_inactive(false).stroke(Stroke::NONE);
-        let response = ui.add(button).on_hover_text(WindowCommand::View(view).hint(ui.ctx()));
-        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Tab, true, on, view.label()));
-        if on {
-            let line = response.rect.bottom() + 1.0;
-            ui.painter().hline(response.rect.x_range().shrink(6.0), line, Stroke::new(2.0, accent));
-        }
-        if response.clicked() {
+        let hint = WindowCommand::View(view).hint(ui.ctx());
+        if tab(ui, view.label(), hint, *shown == view) {
             *shown = view;
         }
     }

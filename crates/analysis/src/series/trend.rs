@@ -1,6 +1,7 @@
 //! A straight line through parameters with standard errors, some of which may not belong.
 
 use serde_json::{Value, json};
+use sindyscope_core::signal::median;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A record is named as one that does not fit where chance would name one in so many series.
@@ -57,8 +58,8 @@ pub(super) fn fitted(readings: &[Reading]) -> Trend {
     for (k, a) in readings.iter().enumerate() {
         slopes.extend(readings[k + 1..].iter().filter(|b| b.at != a.at).map(|b| (b.value - a.value) / (b.at - a.at)));
     }
-    let mut slope = middle(slopes).unwrap_or(0.0);
-    let mut level = middle(readings.iter().map(|r| r.value - slope * (r.at - centre)).collect()).unwrap_or(0.0);
+    let mut slope = median(slopes).unwrap_or(0.0);
+    let mut level = median(readings.iter().map(|r| r.value - slope * (r.at - centre)).collect()).unwrap_or(0.0);
     let line = |level: f64, slope: f64, r: &Reading| level + slope * (r.at - centre);
     let freedom = (n / (n - 2.0).max(1.0)).sqrt();
     let (mut scatter, mut errors) = (0.0, [0.0; 2]);
@@ -110,7 +111,7 @@ fn common_scatter(readings: &[Reading], residual: &dyn Fn(&Reading) -> f64, free
         let of = |r: &Reading| {
             freedom * residual(r).abs() / (r.variance() + scatter * scatter).sqrt().max(f64::MIN_POSITIVE)
         };
-        middle(readings.iter().map(of).collect()).unwrap_or(0.0)
+        median(readings.iter().map(of).collect()).unwrap_or(0.0)
     };
     if size(0.0) <= MIDDLE_DEVIATE {
         return 0.0;
@@ -126,16 +127,6 @@ fn common_scatter(readings: &[Reading], residual: &dyn Fn(&Reading) -> f64, free
 
 fn student(records: usize) -> Option<StudentsT> {
     StudentsT::new(0.0, 1.0, records.saturating_sub(2).max(1) as f64).ok()
-}
-
-fn middle(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    match n {
-        0 => None,
-        _ if n % 2 == 1 => Some(values[n / 2]),
-        _ => Some(0.5 * (values[n / 2 - 1] + values[n / 2])),
-    }
 }
 
 impl Trend {
