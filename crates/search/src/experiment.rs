@@ -142,6 +142,7 @@ impl Data {
                 driven: false,
                 steps: 6,
                 effort: usize::MAX,
+                meter: None,
                 bar: None,
                 cancelled: &cancelled,
             };

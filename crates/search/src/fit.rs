@@ -184,7 +184,7 @@ impl Data {
         bar: Option<&'a Bar>,
     ) -> FitOptions<'a> {
         let effort = if bar.is_some() { EFFORT } else { usize::MAX };
-        FitOptions { frozen: false, driven: false, steps, effort, bar, cancelled }
+        FitOptions { frozen: false, driven: false, steps, effort, meter: None, bar, cancelled }
     }
 
     /// What a fit up to a level is to reach.

@@ -274,7 +274,15 @@ fn retraced(
     }
     let cancelled = || cancel.is_cancelled();
     let driven = point.own.iter().any(|own| own.len() < all);
-    let options = FitOptions { frozen: true, driven, steps: 0, effort: usize::MAX, bar: None, cancelled: &cancelled };
+    let options = FitOptions {
+        frozen: true,
+        driven,
+        steps: 0,
+        effort: usize::MAX,
+        meter: None,
+        bar: None,
+        cancelled: &cancelled,
+    };
     let simulated = respond(composition, &runs, &point, options)?;
     let residual = |(run, s): (&Run, &Vec<f64>)| run.target().zip(s).map(|(y, s)| y - s).collect();
     let residuals: Vec<Vec<f64>> = runs.iter().zip(&simulated).map(residual).collect();

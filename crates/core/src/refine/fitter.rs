@@ -52,7 +52,12 @@ const STEPS_PER_SWITCH: usize = 20;
 ///
 /// None if the model at the start cannot be simulated along every run, or the fit was cancelled.
 pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: FitOptions<'_>) -> Option<Refined> {
-    Fitter::new(structure, runs, options).fit(start)
+    let fitter = Fitter::new(structure, runs, options);
+    let fitted = fitter.fit(start);
+    if let Some(meter) = options.meter {
+        meter.add(fitter.spent.load(Ordering::Relaxed));
+    }
+    fitted
 }
 
 /// The sum of squared residuals at a point, nothing fitted; none if the model cannot be simulated there.

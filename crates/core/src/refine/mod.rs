@@ -19,7 +19,7 @@ mod tests;
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
 
@@ -196,10 +196,28 @@ pub struct FitOptions<'a> {
     pub steps: usize,
     /// Integration steps after which no further one is begun.
     pub effort: usize,
+    /// Counts the integration steps of several fits.
+    pub meter: Option<&'a Effort>,
     /// The least sum of squares that a rival has reached: a fit that is far above it and no longer falls fast ends early.
     pub bar: Option<&'a Bar>,
     /// Asked now and then; the fit ends early once it is true.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// The integration steps that several fits have taken together; a change of side counts as some.
+#[derive(Debug, Default)]
+pub struct Effort(AtomicUsize);
+
+impl Effort {
+    /// The steps so far.
+    pub fn spent(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// A fit took so many more.
+    fn add(&self, steps: usize) {
+        self.0.fetch_add(steps, Ordering::Relaxed);
+    }
 }
 
 /// The least sum of squares that any of several rival fits has reached.

@@ -45,8 +45,15 @@ impl Structure for Free {
 
 const TRUTH: [f64; 4] = [-1.0, -0.2, 1.0, -0.6];
 
-const FREE: FitOptions<'_> =
-    FitOptions { frozen: false, driven: false, steps: 30, effort: usize::MAX, bar: None, cancelled: &|| false };
+const FREE: FitOptions<'_> = FitOptions {
+    frozen: false,
+    driven: false,
+    steps: 30,
+    effort: usize::MAX,
+    meter: None,
+    bar: None,
+    cancelled: &|| false,
+};
 
 /// The displacement of Duffing's oscillator under a multisine, and the force.
 fn shaken() -> (Vec<f64>, Arc<InputGrid>) {

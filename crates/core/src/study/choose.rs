@@ -3,8 +3,8 @@
 use super::eliminate::left;
 use super::refined::same_terms;
 use super::regression::Regression;
-use super::validation::{EQUAL_ERRORS, Judgement, ValidationPlan, mean, ratio, refined_fit};
-use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, Study, StudyError, check};
+use super::validation::{EQUAL_ERRORS, Judgement, ValidationPlan, mean, ratio};
+use super::{Cancel, Formulation, Outcome, Regressor, Settings, Smoothing, StudyError, check};
 use crate::parallel::prelude::*;
 use crate::refine::Bar;
 use crate::signal::{Differentiation, mean_and_variance, median, odd};
@@ -169,6 +169,7 @@ pub fn choose(
     if free.refine
         && free.threshold
         && error > UNFOLLOWED_ERROR * UNFOLLOWED_ERROR
+        && !plan.is_spent()
         && let Some((better, refined)) = plan.whole_library(start, &settings, error, cancel)?
     {
         (settings, error) = (better, refined);
@@ -187,11 +188,12 @@ pub fn choose(
         _ => judged,
     };
     let reason = format!(
-        "{}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{}{}",
+        "{}: simulation error {} % of the motion's standard deviation on {judged}; {} settings tried{}{}{}",
         described(&settings, start),
         significant_trimmed(100.0 * error.sqrt(), 2),
         tried.len(),
         dropped(&settings, start, &layout),
+        if plan.is_spent() { "; some fits to the response were left out, for they take long here" } else { "" },
         match growth {
             Some(growth) if free.terms => format!("; {}", growth.tried),
             growth => growth.and_then(|g| g.advice()).map_or_else(String::new, |advice| format!("; {advice}")),
@@ -419,7 +421,7 @@ impl ValidationPlan {
         alike.truncate(MAX_ALIKE);
         let fitted = records.entries.iter().filter(|(_, usage)| *usage == Usage::Fit).cloned().collect();
         let fitted = RecordSet { entries: fitted };
-        let mut study = Study::default();
+        let mut study = self.counted_study();
         let settings = self.settings(start, free, sparse)?;
         let refined = study.run(&fitted, &Settings { refine: true, ..settings }, cancel)?;
         if refined.refinement.is_none() || refined.diverged() {
@@ -470,7 +472,10 @@ impl ValidationPlan {
             .into_iter()
             .map(|candidate| {
                 let settings = Settings { refine: true, ..self.settings(start, free, candidate)? };
-                let outcome = refined_fit(&pieces, &all, &settings, None, Some(&rivals), cancel)?;
+                if self.is_spent() {
+                    return Ok(None);
+                }
+                let outcome = self.refined_fit(&pieces, &all, &settings, (None, Some(&rivals)), cancel)?;
                 let level = |outcome: Outcome| {
                     let left = left(&outcome)?;
                     let left = left.iter().sum::<f64>() / left.len() as f64;
@@ -500,7 +505,7 @@ impl ValidationPlan {
         let judged: Result<Vec<Option<SettingsTrial>>, StudyError> = levels
             .par_iter()
             .map(|level| {
-                let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), cancel)?;
+                let errors = self.judge_refined(&pieces, &level.settings, Some(&level.model), None, cancel)?;
                 Ok(errors.map(|errors| SettingsTrial { errors, ..level.candidate.clone() }))
             })
             .collect();
@@ -527,8 +532,10 @@ impl ValidationPlan {
         let judged = |(form, smoothing): &FormAndSmoothing| -> Result<Option<(Settings, f64)>, StudyError> {
             let threshold = LEAST_THRESHOLD;
             let settings = Settings { form: *form, smoothing: *smoothing, threshold, refine: true, ..start.clone() };
-            let Some(outcome) = refined_fit(&pieces, &all, &settings, None, None, cancel)? else { return Ok(None) };
-            let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), cancel)?;
+            let Some(outcome) = self.refined_fit(&pieces, &all, &settings, (None, None), cancel)? else {
+                return Ok(None);
+            };
+            let errors = self.judge_refined(&pieces, &settings, Some(&outcome.model), None, cancel)?;
             Ok(errors.map(|errors| (settings, mean(&errors))))
         };
         let judged: Result<Vec<Option<(Settings, f64)>>, StudyError> = ways.par_iter().map(judged).collect();

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use super::validation::{EQUAL_ERRORS, ValidationPlan, mean, ratio, refined_fit, shortened};
+use super::validation::{EQUAL_ERRORS, ValidationPlan, mean, ratio, shortened};
 use super::warnings::MIN_FOLLOWED_SHARE;
-use super::{Cancel, Lock, Outcome, Settings, Study, StudyError};
+use super::{Cancel, Covariance, Lock, Outcome, Settings, Study, StudyError};
 use crate::refine::Bar;
+use nalgebra::{DMatrix, DVector};
+use sindyscope_values::model::{Model, WeightedTerm};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::Term;
 
@@ -27,6 +29,8 @@ const MIN_STANDARD_ERRORS: f64 = 2.6;
 /// A fit of settings to the response.
 struct EliminationFit {
     settings: Settings,
+    model: Model,
+    covariance: Covariance,
     /// The terms of every acceleration (state), each with the number of its equation, and its coefficient in standard errors;
     /// none where there is no error.
     terms: Vec<(usize, Term, Option<f64>)>,
@@ -66,7 +70,33 @@ impl EliminationFit {
         let left: Vec<f64> = left(outcome)?.into_iter().map(|left| left + EQUAL_ERRORS * EQUAL_ERRORS).collect();
         let samples = outcome.records.iter().filter_map(|r| Some(r.channels.first()?.score?.samples)).sum();
         let horizon = outcome.refinement.as_ref()?.horizon;
-        Some(Self { settings, terms, left, samples, horizon }).filter(|fit| fit.left.iter().all(|l| l.is_finite()))
+        let (model, covariance) = (outcome.model.clone(), outcome.covariance.clone());
+        Some(Self { settings, model, covariance, terms, left, samples, horizon })
+            .filter(|fit| fit.left.iter().all(|l| l.is_finite()))
+    }
+
+    /// The model without some terms, given as in `terms`: of the others what the fit would be if the response were linear in
+    /// the coefficients.
+    fn without(&self, dropped: &[&(usize, Term, Option<f64>)]) -> Model {
+        let gone: Vec<usize> =
+            (0..self.terms.len()).filter(|k| dropped.iter().any(|d| **d == self.terms[*k])).collect();
+        let entry = |i: usize, j: usize| self.covariance.all()[i][j];
+        let mut model = self.model.clone();
+        let first = self.model.layout.states() - self.model.layout.freedoms;
+        let mut fitted: Vec<&mut WeightedTerm> =
+            model.equations[first..].iter_mut().flat_map(|e| &mut e.terms).collect();
+        let within = DMatrix::from_fn(gone.len(), gone.len(), |i, j| entry(gone[i], gone[j]));
+        let values = DVector::from_iterator(gone.len(), gone.iter().map(|k| fitted[*k].coefficient));
+        let shift = within.cholesky().map(|factor| factor.solve(&values));
+        if let Some(shift) = shift.filter(|shift| shift.iter().all(|s| s.is_finite())) {
+            for (i, term) in fitted.iter_mut().enumerate() {
+                term.coefficient -= gone.iter().zip(&shift).map(|(j, s)| entry(i, *j) * s).sum::<f64>();
+            }
+        }
+        for (equation, term, _) in dropped {
+            model.equations[first + equation].terms.retain(|t| t.term != *term);
+        }
+        model
     }
 
     /// Logarithms of what is left, summed: twice the log-likelihood lost, for each sample.
@@ -131,19 +161,21 @@ impl ValidationPlan {
         let whole = shortened(fitted.map(|(record, _)| record));
         let all: Vec<usize> = (0..whole.len()).collect();
         let refined = settings.refine;
-        let fit = |settings: Settings, rivals: Option<&Arc<Bar>>| -> Result<Option<EliminationFit>, StudyError> {
+        let fit = |settings: Settings, start: Option<&Model>, rivals: Option<&Arc<Bar>>| {
             let settings = Settings { refine: true, ..settings };
-            let Some(outcome) = refined_fit(&whole, &all, &settings, None, rivals, cancel)? else { return Ok(None) };
+            let Some(outcome) = self.refined_fit(&whole, &all, &settings, (start, rivals), cancel)? else {
+                return Ok::<_, StudyError>(None);
+            };
             Ok(EliminationFit::new(settings, &outcome))
         };
-        let Some(mut present) = fit(settings.clone(), None)? else { return Ok((settings, None)) };
+        let Some(mut present) = fit(settings.clone(), None, None)? else { return Ok((settings, None)) };
         let longest = whole.iter().map(|r| r.len() as f64 * r.interval).fold(0.0, f64::max);
         if present.horizon < MIN_FOLLOWED_SHARE * longest {
             // Fits to so short runs, and to others after each step, compare nothing.
             return Ok((insignificant_dropped(&whole, settings, cancel)?, None));
         }
         let pieces = self.shortened();
-        let judged = |fit: &EliminationFit| self.judge_refined(&pieces, &fit.settings, None, cancel);
+        let judged = |fit: &EliminationFit| self.judge_refined(&pieces, &fit.settings, None, Some(&fit.model), cancel);
         let mut errors: Option<Vec<f64>> = None;
         let judging = self.judging() as f64;
         let equations = self.layout.freedoms;
@@ -154,7 +186,9 @@ impl ValidationPlan {
                 !present.settings.of_equation(*i).locks.contains_key(t)
                     && ratio.is_none_or(|ratio| present.expected_loss(ratio) < MAX_EXPECTED_LOSS * n.ln())
             };
-            let open: Vec<&(usize, Term, Option<f64>)> = present.terms.iter().filter(open).collect();
+            let mut open: Vec<&(usize, Term, Option<f64>)> = present.terms.iter().filter(open).collect();
+            // The least certain first: what comes after it is then given up early.
+            open.sort_by(|a, b| a.2.map_or(0.0, f64::abs).total_cmp(&b.2.map_or(0.0, f64::abs)));
             let nothing: Vec<_> =
                 open.iter().copied().filter(|t| t.2.is_some_and(|ratio| ratio.abs() < DROP_TOGETHER_ERRORS)).collect();
             together &= nothing.len() >= MIN_DROPPED_TOGETHER;
@@ -164,12 +198,13 @@ impl ValidationPlan {
             // One after another, for which are given up must not hang on the threads' luck.
             let tried: Result<Vec<Option<EliminationFit>>, StudyError> = sets
                 .into_iter()
+                .take_while(|_| !self.is_spent())
                 .map(|set| {
                     let mut settings = present.settings.clone();
-                    for (equation, term, _) in set {
+                    for (equation, term, _) in &set {
                         settings.decide(*equation, equations, term.clone(), Lock::Out);
                     }
-                    fit(settings, Some(&rivals))
+                    fit(settings, Some(&present.without(&set)), Some(&rivals))
                 })
                 .collect();
             let fewer = tried?.into_iter().flatten();

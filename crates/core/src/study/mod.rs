@@ -29,8 +29,8 @@ mod validation;
 mod warnings;
 mod weak;
 
-use crate::refine::Bar;
 pub use crate::refine::Horizon;
+use crate::refine::{Bar, Effort};
 pub use calibrate::calibrate;
 pub use calibration::{Calibrated, Calibration, calibration_list};
 pub use choose::{ChosenSettings, FreeSettings, choose};
@@ -87,6 +87,8 @@ pub struct Study {
     rivals: Option<Arc<Bar>>,
     /// A model of the same terms whose coefficients refinement begins with; without it the regression's.
     start: Option<Model>,
+    /// Counts the integration steps of refinement.
+    effort: Arc<Effort>,
 }
 
 /// What a regression's columns depend on; signals by identity, which their `Arc`s keep alive.
@@ -244,7 +246,7 @@ impl Study {
             let settings = settings.of_equation(freedom);
             (candidates::lock_of(&settings, term), candidates::sign_of(&settings, term, freedom))
         };
-        let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref() };
+        let hints = refined::Hints { start: self.start.as_ref(), rivals: self.rivals.as_deref(), effort: &self.effort };
         let asked = refined::RefinementTask { decided: &decided, pairs: &pairs, sought };
         refined::refined(model, covariance, &prepared, asked, hints, cancel)
     }
@@ -258,7 +260,8 @@ impl Study {
         cancel: &Cancel,
     ) -> Result<(), StudyError> {
         if self.dataset.layout != *layout {
-            *self = Self { rivals: self.rivals.take(), start: self.start.take(), ..Self::default() };
+            let (rivals, start, effort) = (self.rivals.take(), self.start.take(), Arc::clone(&self.effort));
+            *self = Self { rivals, start, effort, ..Self::default() };
         }
         self.dataset.update(records, layout, smoothing, || cancel.check())?;
         self.responses.keep(&self.dataset.records);

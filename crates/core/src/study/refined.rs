@@ -6,8 +6,8 @@ use super::opposite::SharedParameters;
 use super::{Cancel, Covariance, Lock, StudyError};
 use crate::dataset::Prepared;
 use crate::refine::{
-    Bar, FitOptions, Goal, Horizon, Instance, Landed, Point, Refined, Run, SensorReading, Structure, horizon, land,
-    refine,
+    Bar, Effort, FitOptions, Goal, Horizon, Instance, Landed, Point, Refined, Run, SensorReading, Structure, horizon,
+    land, refine,
 };
 use crate::signal::{motion_period, rms};
 use crate::simulate::Delays;
@@ -152,10 +152,12 @@ pub(super) struct RefinementTask<'a> {
 /// Where a refinement begins, and what it is held against.
 #[derive(Clone, Copy)]
 pub(super) struct Hints<'a> {
-    /// A model of the same terms to begin with; without it the regression's.
+    /// A model to begin with; a term that it lacks begins with the regression's coefficient.
     pub(super) start: Option<&'a Model>,
     /// What the best of its rivals leaves.
     pub(super) rivals: Option<&'a Bar>,
+    /// Counts the integration steps.
+    pub(super) effort: &'a Effort,
 }
 
 /// True if two models have the same terms.
@@ -200,8 +202,15 @@ pub(super) fn refined(
         }
     }
     let before: Vec<f64> = terms().map(|(.., t)| t.coefficient).collect();
-    let start = hints.start.filter(|start| same_terms(start, model)).unwrap_or(model);
-    let from: Vec<f64> = free.iter().map(|f| start.equations[f.equation].terms[f.place].coefficient).collect();
+    let hinted = |equation: usize, term: &Term| {
+        let begun = hints.start?.equations.get(equation)?.terms.iter().find(|t| t.term == *term)?;
+        Some(begun.coefficient)
+    };
+    let begin = |f: &FreeCoefficient| {
+        let own = &model.equations[f.equation].terms[f.place];
+        hinted(f.equation, &own.term).unwrap_or(own.coefficient)
+    };
+    let from: Vec<f64> = free.iter().map(begin).collect();
     let places: Vec<(usize, &Term)> =
         free.iter().map(|f| (f.equation - first, &model.equations[f.equation].terms[f.place].term)).collect();
     let shared = SharedParameters::new(&places, asked.pairs);
@@ -216,11 +225,11 @@ pub(super) fn refined(
     let cancelled = || cancel.is_cancelled();
     let goal = goal(&fitted, &runs, noise, &cancelled);
     let landed = goal.and_then(|mut goal| {
-        goal.options.bar = hints.rivals;
+        (goal.options.bar, goal.options.meter) = (hints.rivals, Some(hints.effort));
         // Along whole records; where that is lost, by way of segments that grow.
         land(&coefficients, &runs, &Point::new(&coefficients, &runs, from, false), goal)
     });
-    let landed = landed.and_then(|landed| reweighed(&coefficients, landed, cancel));
+    let landed = landed.and_then(|landed| reweighed(&coefficients, landed, hints.effort, cancel));
     let Some(landed) = landed else {
         cancel.check()?;
         return Ok(Err(NO_START));
@@ -308,13 +317,14 @@ fn runs(records: &[&Prepared]) -> (Vec<Run>, f64) {
 
 /// Fits anew with every displacement weighed by what is left of it, where that is more than its noise would leave: a model
 /// that misses one displacement by more than its noise is not to follow it at the others' cost.
-fn reweighed(coefficients: &Coefficients<'_>, mut landed: Landed, cancel: &Cancel) -> Option<Landed> {
+fn reweighed(coefficients: &Coefficients<'_>, mut landed: Landed, effort: &Effort, cancel: &Cancel) -> Option<Landed> {
     let cancelled = || cancel.is_cancelled();
     let options = FitOptions {
         frozen: false,
         driven: false,
         steps: MAX_STEPS,
         effort: MAX_EFFORT,
+        meter: Some(effort),
         bar: None,
         cancelled: &cancelled,
     };
@@ -354,8 +364,15 @@ fn goal<'a>(
     let first = records.first()?;
     let series: Vec<&[f64]> = runs.iter().map(|r| &*r.measured[0]).collect();
     let period = motion_period(&series, first.record.interval, noise).or(first.facts.main_period);
-    let options =
-        FitOptions { frozen: false, driven: false, steps: MAX_STEPS, effort: MAX_EFFORT, bar: None, cancelled };
+    let options = FitOptions {
+        frozen: false,
+        driven: false,
+        steps: MAX_STEPS,
+        effort: MAX_EFFORT,
+        meter: None,
+        bar: None,
+        cancelled,
+    };
     let period = period.unwrap_or_else(|| 0.1 * first.record.duration());
     Some(Goal { period, noise, top: usize::MAX, short_if_wrong: false, options })
 }

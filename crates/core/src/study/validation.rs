@@ -7,7 +7,7 @@ use super::candidates::candidate_terms;
 use super::regression::{self, Regression, fitted_states};
 use super::{Cancel, Outcome, Settings, Smoothing, Study, StudyError};
 use crate::dataset::SimulationDrive;
-use crate::refine::Bar;
+use crate::refine::{Bar, Effort};
 use crate::signal::{SignalFacts, Signals, dot, mean_and_variance};
 use crate::simulate::{Output, Response, Simulator, Workspace};
 use sindyscope_values::model::Model;
@@ -54,6 +54,8 @@ pub(super) struct ValidationPlan {
     pub(super) folds: Vec<ValidationFold>,
     /// Variance of what each of a record's sensors shows.
     pub(super) variance: Vec<Vec<f64>>,
+    /// Integration steps that refined fits have taken so far.
+    effort: Arc<Effort>,
 }
 
 impl ValidationPlan {
@@ -85,7 +87,7 @@ impl ValidationPlan {
             }
             folds
         };
-        Self { layout, variance: variances(&records), pieces, records, folds }
+        Self { layout, variance: variances(&records), pieces, records, folds, effort: Arc::default() }
     }
 
     /// Everything marked fit is fitted, and what is held out judges: in one go as the window shows it, or in stretches
@@ -104,7 +106,7 @@ impl ValidationPlan {
                 .collect();
         }
         let folds = vec![ValidationFold { fitted: (0..pieces.len()).collect(), judges }];
-        Self { layout, variance: variances(&records), pieces, records, folds }
+        Self { layout, variance: variances(&records), pieces, records, folds, effort: Arc::default() }
     }
 
     /// Number of samples that judge.
@@ -170,12 +172,13 @@ impl ValidationPlan {
     }
 
     /// Squared errors of refined fits on the stretches that were not fitted; none if some fold cannot be refined. `known` is
-    /// what all pieces together gave.
+    /// what all pieces together gave; `start` is where the fits begin without it.
     pub(super) fn judge_refined(
         &self,
         pieces: &[Arc<Record>],
         settings: &Settings,
         known: Option<&Model>,
+        start: Option<&Model>,
         cancel: &Cancel,
     ) -> Result<Option<Vec<f64>>, StudyError> {
         let Some(smoothed) = self.smoothed(settings, &settings.smoothing, cancel)? else { return Ok(None) };
@@ -184,7 +187,11 @@ impl ValidationPlan {
             let of_all = known.filter(|_| fold.fitted.len() == pieces.len());
             let model = match of_all {
                 Some(model) => Some(model.clone()),
-                None => refined_fit(pieces, &fold.fitted, settings, known, None, cancel)?.map(|outcome| outcome.model),
+                None => {
+                    let start = known.or(start);
+                    let outcome = self.refined_fit(pieces, &fold.fitted, settings, (start, None), cancel)?;
+                    outcome.map(|outcome| outcome.model)
+                }
             };
             match model {
                 Some(model) => models.push(model),
@@ -192,6 +199,35 @@ impl ValidationPlan {
             }
         }
         Ok(Some(smoothed.judge(self, &models, &mut Workspace::default(), cancel)?.errors))
+    }
+
+    /// The refined fit of some records; none if they cannot be fitted. Among rivals it need not be the best that there is where
+    /// it stays far behind them.
+    pub(super) fn refined_fit(
+        &self,
+        pieces: &[Arc<Record>],
+        fitted: &[usize],
+        settings: &Settings,
+        (start, rivals): (Option<&Model>, Option<&Arc<Bar>>),
+        cancel: &Cancel,
+    ) -> Result<Option<Outcome>, StudyError> {
+        let mut study = Study { start: start.cloned(), rivals: rivals.cloned(), ..self.counted_study() };
+        let entries = fitted.iter().map(|k| (Arc::clone(&pieces[*k]), Usage::Fit)).collect();
+        match study.run(&RecordSet { entries }, settings, cancel) {
+            Ok(outcome) if outcome.refinement.is_some() && !outcome.diverged() => Ok(Some(outcome)),
+            Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
+            _ => Ok(None),
+        }
+    }
+
+    /// A study whose refinement counts as this plan's effort.
+    pub(super) fn counted_study(&self) -> Study {
+        Study { effort: Arc::clone(&self.effort), ..Study::default() }
+    }
+
+    /// True once so much was simulated to refine fits that no further one is begun.
+    pub(super) fn is_spent(&self) -> bool {
+        self.effort.spent() > MAX_EFFORT
     }
 }
 
@@ -211,27 +247,11 @@ pub(super) fn ratio(errors: &[f64], others: &[f64]) -> (f64, f64) {
     (mean, (variance / (ratios.len() as f64 - 1.0).max(1.0)).sqrt())
 }
 
+/// Integration steps of refined fits after which a choice begins no further one: some ten seconds of a core. The classics and
+/// the samples take a hundredth to two thirds of it.
+const MAX_EFFORT: usize = 60_000_000;
 /// Samples that are refined while settings are chosen, at most.
 const MAX_REFINED_SAMPLES: usize = 24_000;
-
-/// The refined fit of some records; none if they cannot be fitted. Among rivals it need not be the best that there is where it
-/// stays far behind them.
-pub(super) fn refined_fit(
-    pieces: &[Arc<Record>],
-    fitted: &[usize],
-    settings: &Settings,
-    start: Option<&Model>,
-    rivals: Option<&Arc<Bar>>,
-    cancel: &Cancel,
-) -> Result<Option<Outcome>, StudyError> {
-    let mut study = Study { start: start.cloned(), rivals: rivals.cloned(), ..Study::default() };
-    let entries = fitted.iter().map(|k| (Arc::clone(&pieces[*k]), Usage::Fit)).collect();
-    match study.run(&RecordSet { entries }, settings, cancel) {
-        Ok(outcome) if outcome.refinement.is_some() && !outcome.diverged() => Ok(Some(outcome)),
-        Err(StudyError::Cancelled) => Err(StudyError::Cancelled),
-        _ => Ok(None),
-    }
-}
 
 /// Records cut so that refining them takes no longer than it must.
 pub(super) fn shortened<'a>(records: impl IntoIterator<Item = &'a Arc<Record>>) -> Vec<Arc<Record>> {
