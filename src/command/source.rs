@@ -66,7 +66,7 @@ pub(super) fn typed(here: &Path, file: &Path) -> String {
 
 /// What the preparation does, with the options that stand beside it.
 const PREPARE: &str = "Do this to each record, in this order, after --crop and before --hold-out: offset, trend, decimate=N, low-pass=HZ, \
-                       high-pass=HZ, band-pass=HZ:HZ (without a phase), spikes, split=N, split-at=T, align=a (or align=a:SECONDS), \
+                       high-pass=HZ, band-pass=HZ:HZ (without a phase), mode=HZ:HZ (one mode as one mass), spikes, split=N, split-at=T, align=a (or align=a:SECONDS), \
                        gain=x2:1.02; where the order is another one also crop=T0:T1 and hold-out=SHARE";
 
 /// What holding out a share does, beside the option that holds out files.

@@ -160,7 +160,7 @@ pub static PREPARATION: &[Setting<Preparing>] = &[
         name: "prepare",
         group: PREPARATION_HEADING,
         help: "Do this to each record, in this order, after the crop and before a share is held out: offset, trend, decimate=N, low-pass=HZ, \
-               high-pass=HZ, band-pass=HZ:HZ (without a phase), spikes, split=N, split-at=T, align=a (or align=a:SECONDS), \
+               high-pass=HZ, band-pass=HZ:HZ (without a phase), mode=HZ:HZ (one mode as one mass), spikes, split=N, split-at=T, align=a (or align=a:SECONDS), \
                gain=x2:1.02; where the order is another one also crop=T0:T1 and hold-out=SHARE",
         form: SettingForm::Many("STEP,…"),
         read: |text| {

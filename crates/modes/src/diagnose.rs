@@ -267,7 +267,7 @@ impl ForceSearch<'_> {
             let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
             let candidates = screen.candidates(reach, &screened, cancel);
             best = candidates.first().map_or(best, |c| best.min(c.error));
-            let chosen = self.promising(candidates, best);
+            let chosen = self.promising(candidates, &all, best);
             let count = chosen.len();
             for (k, candidate) in chosen.into_iter().enumerate() {
                 report("fitting the force", from + (to - from) * (0.4 + 0.6 * k as f64 / count as f64));
@@ -289,12 +289,13 @@ impl ForceSearch<'_> {
         Ok(all)
     }
 
-    /// Of each effect the best place, of the near ones every place.
-    fn promising(&self, candidates: Vec<Candidate>, best: f64) -> Vec<Candidate> {
+    /// Of each effect that was not fitted yet the best place, of the near ones every place.
+    fn promising(&self, candidates: Vec<Candidate>, fitted: &[Fitted], best: f64) -> Vec<Candidate> {
         let mut chosen: Vec<Candidate> = Vec::new();
         for c in candidates {
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
-            let first = chosen.iter().all(|k| k.effect != c.effect);
+            let known = chosen.iter().chain(fitted.iter().map(|f| &f.candidate));
+            let first = known.into_iter().all(|k| k.effect != c.effect);
             let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * best;
             if new && near && c.error < FORCE_GAIN * self.linear_error() && chosen.len() < MOST_CANDIDATES {
                 chosen.push(c);
@@ -320,6 +321,7 @@ impl ForceSearch<'_> {
         let bound = (HOPELESS_NOISES * self.noise).max(HOPELESS * best.min(self.linear_error()));
         let mut done = false;
         let mut got: Option<(Followed, Unseen)> = None;
+        let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
         for round in 0..if rival { 1 } else { ROUNDS } {
             let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
             let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
@@ -337,21 +339,23 @@ impl ForceSearch<'_> {
             let offsets: Vec<Vec<f64>> = (0..self.split.fitted.len())
                 .map(|r| (0..self.measurement.sensors.len()).map(|s| task.offset(&fit, s, r)).collect())
                 .collect();
-            let mut best_start: Option<Followed> = None;
-            for which in StartKind::ALL.into_iter().take(if rival { 1 } else { 2 }) {
-                let Some((start, states)) = self.start(&task, &fit, &candidate, &across, which) else { continue };
+            let mut best_start: Option<(Followed, StartKind)> = None;
+            for which in &starts {
+                let Some((start, states)) = self.start(&task, &fit, &candidate, &across, *which) else { continue };
                 let found = self.follow(start, &states, &offsets, (parts, bound), cancel);
                 if let Some(found) = found {
                     let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
-                    if best_start.as_ref().is_none_or(|b| found.error < b.error) {
-                        best_start = Some(found);
+                    if best_start.as_ref().is_none_or(|(b, _)| found.error < b.error) {
+                        best_start = Some((found, *which));
                     }
                     if good {
                         break;
                     }
                 }
             }
-            let Some(found) = best_start else { break };
+            let Some((found, kind)) = best_start else { break };
+            // Where the starts part, they do so at first.
+            starts = vec![kind];
             let Some(unseen) = self.unseen(&found.model, parts, cancel) else { break };
             let noise = self.noise_in(&unseen.residuals);
             let before = got.as_ref().map(|g| g.1.error);

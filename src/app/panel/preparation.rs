@@ -6,8 +6,9 @@ use super::context::{PanelAct, PanelContext};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{chip, section};
 use sindyscope_core::prepare::{MOST_DECIMATED, MOST_PARTS, Preparation, SPIKE, Treatment};
+use sindyscope_core::signal::Spectrum;
 use sindyscope_core::study::Calibration;
-use sindyscope_values::record::{Channel, Role, Usage};
+use sindyscope_values::record::{Channel, Record, Role, Usage};
 
 /// The share that the button holds out.
 const SHARE: f64 = 0.3;
@@ -15,6 +16,9 @@ const SHARE: f64 = 0.3;
 /// Samples that the menu's bridge spans at first, and that one may span at most.
 const BRIDGE: usize = 10;
 const MOST_BRIDGED: usize = 10_000;
+
+/// Samples from which the menu takes a record's main frequency: so few are transformed within a frame.
+const GLANCE: usize = 8192;
 
 pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     let mut asks = Vec::new();
@@ -100,6 +104,13 @@ fn offered(context: &PanelContext<'_>) -> Vec<StepOffer> {
                 Treatment::Filter { from: Some(low), to: Some(high) },
             );
         }
+        if let Some((from, to)) = around_main_frequency(record) {
+            offer(
+                "Isolate a mode",
+                "Keep one mode of a structure, over all its sensors with the weights of its shape, as the record of one mass",
+                Treatment::IsolateMode { from, to },
+            );
+        }
     }
     offer("Decimate", "Keep one sample in two, behind a low-pass", Treatment::Decimate { factor: 2 });
     offer(
@@ -130,6 +141,17 @@ fn offered(context: &PanelContext<'_>) -> Vec<StepOffer> {
         }
     }
     offers
+}
+
+/// A band of a fifth around the frequency that a record's first sensor shows most of, Hz.
+fn around_main_frequency(record: &Record) -> Option<(f64, f64)> {
+    let values = &record.sensor(0)?.values;
+    let spectrum = Spectrum::new(&values[..values.len().min(GLANCE)], record.interval)?;
+    let largest =
+        (1..spectrum.amplitudes.len()).max_by(|a, b| spectrum.amplitudes[*a].total_cmp(&spectrum.amplitudes[*b]))?;
+    let main = spectrum.frequency(largest);
+    let to = (1.2 * main).min(0.49 / record.interval);
+    (0.8 * main < to).then(|| (significant(0.8 * main, 3), significant(to, 3)))
 }
 
 /// One step; all steps are asked for anew if it was changed or taken out.
@@ -212,7 +234,19 @@ fn treatment(ui: &mut Ui, context: &PanelContext<'_>, id: Id, step: &Preparation
             let factor = count(ui, id, ("Decimate by", "Factor"), factor, (2, MOST_DECIMATED, ""))?;
             Treatment::Decimate { factor }
         }
-        Treatment::Filter { from, to } => return filter(ui, id, from, to),
+        Treatment::Filter { from, to } => {
+            let label = match (from, to) {
+                (Some(_), Some(_)) => "Band-pass",
+                (Some(_), None) => "High-pass",
+                _ => "Low-pass",
+            };
+            let [from, to] = band(ui, id, label, [from, to])?;
+            Treatment::Filter { from, to }
+        }
+        Treatment::IsolateMode { from, to } => {
+            let [Some(from), Some(to)] = band(ui, id, "Isolate a mode", [Some(from), Some(to)])? else { return None };
+            Treatment::IsolateMode { from, to }
+        }
         Treatment::MendSpikes { threshold } => {
             let threshold = number(ui, id, ("Mend spikes beyond", "Spike threshold"), threshold, |d| {
                 d.range(1.0..=1000.0).speed(0.05).max_decimals(1).suffix(" σ")
@@ -248,14 +282,9 @@ fn treatment(ui: &mut Ui, context: &PanelContext<'_>, id: Id, step: &Preparation
     })
 }
 
-/// A filter's kind and corners.
-fn filter(ui: &mut Ui, id: Id, from: Option<f64>, to: Option<f64>) -> Option<Treatment> {
-    ui.label(match (from, to) {
-        (Some(_), Some(_)) => "Band-pass",
-        (Some(_), None) => "High-pass",
-        _ => "Low-pass",
-    });
-    let mut ends = [from, to];
+/// A band's corners behind a label; the new ones once one is changed.
+fn band(ui: &mut Ui, id: Id, label: &str, mut ends: [Option<f64>; 2]) -> Option<[Option<f64>; 2]> {
+    ui.label(label);
     let mut moved = false;
     for (end, name) in ends.iter_mut().zip(["Filter from", "Filter to"]) {
         if let Some(corner) = end {
@@ -263,8 +292,7 @@ fn filter(ui: &mut Ui, id: Id, from: Option<f64>, to: Option<f64>) -> Option<Tre
             moved |= value(ui, id.with(name), name, corner, |d| d.range(1e-9..=1e12).speed(speed).suffix(" Hz"));
         }
     }
-    let [from, to] = ends;
-    moved.then_some(Treatment::Filter { from, to })
+    moved.then_some(ends)
 }
 
 /// A step's one number behind its label; the new one once it is left changed.

@@ -144,6 +144,7 @@ fn treatment() -> impl Strategy<Value = Treatment> {
         positive().prop_map(|to| Treatment::Filter { from: None, to: Some(to) }),
         positive().prop_map(|from| Treatment::Filter { from: Some(from), to: None }),
         positive().prop_map(|from| Treatment::Filter { from: Some(from), to: Some(2.0 * from) }),
+        positive().prop_map(|from| Treatment::IsolateMode { from, to: 1.5 * from }),
         positive().prop_map(|threshold| Treatment::MendSpikes { threshold }),
         (2_usize..20).prop_map(|parts| Treatment::Split { parts }),
         time().prop_map(|time| Treatment::SplitAt { time }),

@@ -1,5 +1,7 @@
 //! A band of frequencies kept, without a phase.
 
+use std::f64::consts::PI;
+
 use realfft::RealFftPlanner;
 
 /// Continuation of a record beyond its ends, in periods of the lowest corner frequency.
@@ -17,8 +19,26 @@ fn gain(frequency: f64, from: Option<f64>, to: Option<f64>) -> f64 {
 /// Butterworth filter passed forward and back (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.1 and 5.7), laid on
 /// the spectrum, so no phase is turned. A band that begins above zero takes mean and trend away.
 pub(super) fn filter(values: &[f64], interval: f64, band: (Option<f64>, Option<f64>)) -> Vec<f64> {
-    let n = values.len();
     let lowest = [band.0, band.1].into_iter().flatten().fold(f64::INFINITY, f64::min);
+    weighed(values, interval, lowest, &|frequency| gain(frequency, band.0, band.1))
+}
+
+/// Factor beyond a band's ends at which [`passed`] lets nothing through.
+const STOP: f64 = 1.5;
+
+/// What lies between two frequencies, Hz, as it is, and less and less of what lies beyond them: nothing from [`STOP`] times
+/// away, with a cosine over the logarithm of the frequency between. No phase is turned.
+pub(super) fn passed(values: &[f64], interval: f64, (from, to): (f64, f64)) -> Vec<f64> {
+    let gain = |frequency: f64| {
+        let beyond = (from / frequency).max(frequency / to).ln() / STOP.ln();
+        0.5 + 0.5 * (PI * beyond.clamp(0.0, 1.0)).cos()
+    };
+    weighed(values, interval, from, &gain)
+}
+
+/// Values whose spectrum was multiplied by a gain over the frequency, Hz; `lowest` is the lowest frequency at which it changes.
+fn weighed(values: &[f64], interval: f64, lowest: f64, gain: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let n = values.len();
     if n < 2 || !lowest.is_finite() {
         return values.to_vec();
     }
@@ -40,13 +60,13 @@ pub(super) fn filter(values: &[f64], interval: f64, band: (Option<f64>, Option<f
         return values.to_vec();
     }
     for (k, spectral) in lines.iter_mut().enumerate() {
-        *spectral *= gain(k as f64 / (count as f64 * interval), band.0, band.1) / count as f64;
+        *spectral *= gain(k as f64 / (count as f64 * interval)) / count as f64;
     }
     if back.process(&mut lines, &mut whole).is_err() {
         return values.to_vec();
     }
     // A low-pass lets the line through as it is, anything else nothing of it.
-    let kept = if band.0.is_none() { 1.0 } else { 0.0 };
+    let kept = gain(0.0);
     (reach..reach + n).map(|k| whole[k] + kept * line(k)).collect()
 }
 

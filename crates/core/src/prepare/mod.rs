@@ -7,6 +7,7 @@ mod align;
 mod bridge;
 mod decimate;
 mod filter;
+mod mode;
 mod spikes;
 mod spoken;
 
@@ -73,6 +74,14 @@ pub enum Treatment {
         from: Option<f64>,
         /// Hz; none for a high-pass.
         to: Option<f64>,
+    },
+    /// One mode alone is kept, as the record of one mass: what lies between two frequencies, over all sensors with the weights
+    /// of its shape.
+    IsolateMode {
+        /// Hz.
+        from: f64,
+        /// Hz.
+        to: f64,
     },
     /// Single samples that stand out from those around them, three together at most, are filled in.
     MendSpikes {
@@ -199,6 +208,7 @@ impl Preparation {
         if let Some(name) = self.record.as_ref().filter(|_| !set.entries.iter().any(|(r, _)| chosen(r))) {
             return Err(PrepareError::NoRecord(name.clone()));
         }
+        let mode = self.mode_shape(set)?;
         let mut done = RecordSet::default();
         for (record, usage) in &set.entries {
             if !chosen(record) {
@@ -217,11 +227,45 @@ impl Preparation {
                 (treatment @ (Treatment::Split { .. } | Treatment::SplitAt { .. }), usage) => {
                     done.add(treatment.parts(record)?, *usage);
                 }
-                (treatment, _) => done.entries.push((Arc::new(treatment.applied_to(record)?), *usage)),
+                (treatment, usage) => {
+                    let treated = match (&mode, treatment) {
+                        (Some(mode), Treatment::IsolateMode { from, to }) => {
+                            let isolated = mode.coordinate(record, (from, to));
+                            if isolated.len() < LEAST_SAMPLES {
+                                return Err(treatment.too_short(record, isolated.len()));
+                            }
+                            isolated
+                        }
+                        _ => treatment.applied_to(record)?,
+                    };
+                    done.entries.push((Arc::new(treated), *usage));
+                }
             }
         }
         Ok(done)
     }
+
+    /// The shape of the mode that is isolated, of the records that are fitted; of all where none is.
+    fn mode_shape(&self, set: &RecordSet) -> Result<Option<mode::ModeShape>, PrepareError> {
+        let Treatment::IsolateMode { from, to } = self.treatment else { return Ok(None) };
+        let chosen = |record: &Record| self.record.as_ref().is_none_or(|name| *name == record.name);
+        let all: Vec<(&Record, Usage)> = set.entries.iter().map(|(r, usage)| (&**r, *usage)).collect();
+        let all: Vec<(&Record, Usage)> = all.into_iter().filter(|(r, _)| chosen(r)).collect();
+        let fitted: Vec<&Record> = all.iter().filter(|(_, usage)| *usage == Usage::Fit).map(|(r, _)| *r).collect();
+        let records = if fitted.is_empty() { all.iter().map(|(r, _)| *r).collect() } else { fitted };
+        for (record, _) in &all {
+            within_half_rate(record, [Some(from), Some(to)])?;
+        }
+        mode::ModeShape::new(&records, (from, to)).map(Some)
+    }
+}
+
+/// Refuses frequencies that a record's samples do not show.
+fn within_half_rate(record: &Record, corners: [Option<f64>; 2]) -> Result<(), PrepareError> {
+    let half = 0.5 / record.interval;
+    let Some(corner) = corners.into_iter().flatten().find(|f| *f >= half) else { return Ok(()) };
+    let (name, half) = (&record.name, significant(half, 4));
+    Err(PrepareError::Impossible(format!("record `{name}`: {corner} Hz is beyond {half} Hz, half the sampling rate")))
 }
 
 impl Treatment {
@@ -244,6 +288,9 @@ impl Treatment {
             Self::Filter { from: Some(from), to: Some(to) } if from >= to => {
                 impossible(format!("no band begins at {from} Hz and ends at {to} Hz"))
             }
+            Self::IsolateMode { from, to } if !(from > 0.0 && from < to && to.is_finite()) => impossible(format!(
+                "no mode lies between {from} and {to} Hz: the first frequency lies above zero and below the second"
+            )),
             Self::MendSpikes { threshold } if !(threshold > 0.0 && threshold.is_finite()) => {
                 impossible("how far a spike stands out is a positive number of standard deviations".into())
             }
@@ -271,13 +318,7 @@ impl Treatment {
                 Record { interval: record.interval * factor as f64, ..kept }
             }
             Self::Filter { from, to } => {
-                let half = 0.5 / record.interval;
-                if let Some(corner) = [from, to].into_iter().flatten().find(|f| *f >= half) {
-                    let (name, half) = (&record.name, significant(half, 4));
-                    return Err(PrepareError::Impossible(format!(
-                        "record `{name}`: {corner} Hz is beyond {half} Hz, half the sampling rate"
-                    )));
-                }
+                within_half_rate(record, [from, to])?;
                 each_channel(record, |values| filter::filter(values, record.interval, (from, to)))
             }
             Self::MendSpikes { threshold } => return Ok(without_spikes(record, threshold)),
@@ -290,21 +331,18 @@ impl Treatment {
                 channel.values = channel.values.iter().map(|v| v / gain).collect();
                 treated
             }
-            Self::HoldOut { .. } | Self::Bridge { .. } | Self::Split { .. } | Self::SplitAt { .. } => record.clone(),
+            Self::HoldOut { .. }
+            | Self::Bridge { .. }
+            | Self::Split { .. }
+            | Self::SplitAt { .. }
+            | Self::IsolateMode { .. } => record.clone(),
         };
         if treated.len() < LEAST_SAMPLES {
             return Err(self.too_short(record, treated.len()));
         }
         treated.notices.push(format!("{}: {self}", record.name));
         if let Self::Filter { to: Some(to), .. } = self {
-            // The noise is estimated from what is faster than the motion.
-            let most = (0.4 / (to * record.interval)).floor();
-            let decimate = if most >= 2.0 { format!("; decimated by {most} it is seen again") } else { String::new() };
-            let name = &record.name;
-            treated.notices.push(format!(
-                "{name}: the noise above {} Hz is gone too, so the noise floor reads too low{decimate}",
-                significant(to, 4)
-            ));
+            treated.notices.push(lost_noise(record, to));
         }
         Ok(treated)
     }
@@ -361,6 +399,14 @@ impl Treatment {
     }
 }
 
+/// Says that a low-pass took the noise away by which its level is estimated: it is estimated from what is faster than the motion.
+fn lost_noise(record: &Record, to: f64) -> String {
+    let most = (0.4 / (to * record.interval)).floor();
+    let decimate = if most >= 2.0 { format!("; decimated by {most} it is seen again") } else { String::new() };
+    let to = significant(to, 4);
+    format!("{}: the noise above {to} Hz is gone too, so the noise floor reads too low{decimate}", record.name)
+}
+
 fn no_channel(record: &Record, role: Role) -> PrepareError {
     let (name, noun) = (&record.name, role.noun());
     PrepareError::Impossible(format!("record `{name}` has no {noun} {}", role.index() + 1))
@@ -386,6 +432,9 @@ impl fmt::Display for Treatment {
             }
             Self::Filter { from: Some(from), to: None } => write!(f, "high-pass of {} Hz", significant(from, 4)),
             Self::Filter { from: None, to } => write!(f, "low-pass of {} Hz", significant(to.unwrap_or(0.0), 4)),
+            Self::IsolateMode { from, to } => {
+                write!(f, "the mode between {} and {} Hz isolated", significant(from, 4), significant(to, 4))
+            }
             Self::MendSpikes { threshold } => {
                 write!(f, "spikes beyond {} standard deviations mended", significant(threshold, 3))
             }

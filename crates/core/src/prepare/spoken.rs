@@ -8,7 +8,7 @@ use crate::setting::finite;
 use sindyscope_values::record::Role;
 
 /// What can be typed, as told to a person who typed something else.
-const KNOWN: &str = "write offset, trend, decimate=4, low-pass=40, high-pass=0.5, band-pass=0.5:40, spikes, spikes=6, split=3, \
+const KNOWN: &str = "write offset, trend, decimate=4, low-pass=40, high-pass=0.5, band-pass=0.5:40, mode=28:48, spikes, spikes=6, split=3, \
                      split-at=12.5, align=a or align=a:0.003, gain=x2:1.02, crop=2:40, hold-out=0.3, bridge=5";
 
 impl FromStr for Treatment {
@@ -33,6 +33,10 @@ impl FromStr for Treatment {
             ("band-pass", value) => {
                 let (from, to) = value.and_then(|v| v.split_once(':')).ok_or_else(unknown)?;
                 Self::Filter { from: Some(number(Some(from))?), to: Some(number(Some(to))?) }
+            }
+            ("mode", value) => {
+                let (from, to) = value.and_then(|v| v.split_once(':')).ok_or_else(unknown)?;
+                Self::IsolateMode { from: number(Some(from))?, to: number(Some(to))? }
             }
             ("spikes", None) => Self::MendSpikes { threshold: SPIKE },
             ("spikes", value) => Self::MendSpikes { threshold: number(value)? },
@@ -93,6 +97,7 @@ impl Treatment {
             Self::Filter { from: Some(from), to: Some(to) } => format!("band-pass={from}:{to}"),
             Self::Filter { from: Some(from), to: None } => format!("high-pass={from}"),
             Self::Filter { from: None, to } => to.map_or("offset".into(), |to| format!("low-pass={to}")),
+            Self::IsolateMode { from, to } => format!("mode={from}:{to}"),
             Self::MendSpikes { threshold } => format!("spikes={threshold}"),
             Self::Split { parts } => format!("split={parts}"),
             Self::SplitAt { time } => format!("split-at={time}"),
@@ -122,6 +127,7 @@ mod tests {
             "low-pass=40",
             "high-pass=0.5",
             "band-pass=0.5:40",
+            "mode=28:48",
             "spikes=6",
             "split=3",
             "split-at=12.5",
@@ -149,6 +155,7 @@ mod tests {
             "low-pass=x",
             "low-pass=-1",
             "band-pass=40:0.5",
+            "mode=48:28",
             "split=1",
             "align=q",
             "gain=x2",
@@ -159,6 +166,7 @@ mod tests {
             assert!(
                 told.contains("write offset")
                     || told.contains("lies between")
+                    || told.contains("no mode lies")
                     || told.contains("Hz")
                     || told.contains("positive")
                     || told.contains("not zero"),
