@@ -1,4 +1,5 @@
 use super::*;
+use crate::signal::mean_and_variance;
 use crate::study::{Cancel, Smoothing, Study};
 use sindyscope_rig::{
     Excitation, MeasuredChannel, MeasuredQuantity, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup, Transition,
@@ -130,8 +131,6 @@ fn the_scatter_of_blocks_tells_how_uncertain_coefficients_are() {
     // A standard deviation from 24 draws is known to 15 %.
     assert!((0.6..1.7).contains(&(told / scatter)), "told {told}, scatter {scatter}");
 }
-
-use crate::signal::mean_and_variance;
 
 /// Periods after which a stiffness that fell by 5 % must be told.
 const MAX_PERIODS: f64 = 4.0;
