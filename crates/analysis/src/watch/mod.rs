@@ -7,16 +7,18 @@
 mod arrivals;
 mod json;
 pub mod source;
+mod words;
 
 use std::collections::VecDeque;
 
-use crate::analyse::Listener;
+use crate::analyse::{Listener, chosen};
 use crate::error::AnalysisError;
 use crate::request::AnalysisRequest;
 use crate::source::KindName;
-use crate::{Progress, analyse};
+use crate::Progress;
 pub use arrivals::ArrivalCounts;
 use arrivals::{Arrivals, Follows, Grid, NewRow};
+pub use words::{alarm_words, cleared_words, settled_words, summary_words};
 pub use json::{summary_json, update_json};
 use sindyscope_core::sampling::{self, LEAST_SAMPLES, Sampling};
 use sindyscope_core::setting::{Setting, SettingForm, change, positive};
@@ -201,7 +203,11 @@ impl Watch {
         let mut new = Vec::with_capacity(arrived.len());
         for row in arrived.drain(..) {
             match row {
-                ArrivedRow::Sample { time, values } => self.arrivals.take(time, values, &mut new),
+                // Whoever gives the rate says that rows are even, whatever their stamps say.
+                ArrivedRow::Sample { time, values } => {
+                    let time = time.filter(|_| self.request.source.reading.rate.is_none());
+                    self.arrivals.take(time, values, &mut new);
+                }
                 ArrivedRow::Anew => self.arrivals.begin_anew(),
                 ArrivedRow::Unreadable(text) => {
                     self.arrivals.counts.unreadable += 1;
@@ -314,7 +320,7 @@ impl Watch {
             return Ok(());
         };
         let set = RecordSet::new([record.clone()], Usage::Fit);
-        let chosen = analyse::chosen(&self.request, &set, true, cancel, progress)?;
+        let chosen = chosen(&self.request, &set, true, cancel, progress)?;
         progress(Progress::Stage("identifying"));
         let mut grid = Grid::new(record.interval);
         let settings = StreamSettings {
