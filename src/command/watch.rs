@@ -13,13 +13,15 @@ use super::source::ReadingOptions;
 use super::table;
 use sindyscope_analysis::watch::source::{Arrival, Arriving, StreamSource};
 use sindyscope_analysis::watch::{
-    Settled, WATCHING, Watch, WatchEvent, Watching, alarm_words, cleared_words, settled_words, summary_json,
-    summary_words, update_json,
+    Settled, WATCHING, Watch, WatchEvent, Watching, alarm_words, cleared_words, settled_words, stream_figure,
+    summary_json, summary_words, update_json,
 };
 use sindyscope_analysis::{AnalysisRequest, RecordSource};
 use sindyscope_core::study::{AlarmChange, Cancel, SETTINGS, StreamUpdate};
+use sindyscope_report::document::{FigureFormat, FigureSize};
 use sindyscope_values::format::equations::is_kinematic;
 use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::shown::ShownUnits;
 use sindyscope_values::term::Layout;
 
 /// Options of `watch`.
@@ -30,6 +32,7 @@ pub(super) struct WatchOptions {
     watching: Watching,
     json: bool,
     out: Option<PathBuf>,
+    picture: Option<PathBuf>,
     until_alarm: bool,
 }
 
@@ -45,12 +48,17 @@ impl Args for WatchOptions {
         };
         let out = Arg::new("out").long("out").value_name("TABLE").value_parser(value_parser!(PathBuf));
         let out = out.help("Write the coefficients over time as CSV, a row a block").help_heading("Output");
+        let picture = Arg::new("picture").long("picture").value_name("FILE").value_parser(value_parser!(PathBuf));
+        let picture = picture
+            .help("Draw at the end what arrived last and the coefficients over time: .svg, .pdf or .png")
+            .help_heading("Output");
         let command = table::with_options(ReadingOptions::augment_args(command.arg(source)), WATCHING).mut_arg("rate", |arg| {
             arg.help("Sampling rate, Hz, of rows without a time, or of even ones whose stamps only tell when they arrived")
         });
         table::with_options(command, SETTINGS)
             .arg(flag("json", "Print one JSON object a line, and nothing else"))
             .arg(out)
+            .arg(picture)
             .arg(flag("until-alarm", "End with the first alarm"))
     }
 
@@ -65,8 +73,7 @@ impl FromArgMatches for WatchOptions {
         let mut watching = Watching::default();
         table::given(matches, WATCHING).apply(&mut watching).map_err(table::unfit)?;
         let source = RecordSource { reading, ..RecordSource::default() };
-        let request =
-            AnalysisRequest { source, given: table::given(matches, SETTINGS), ..AnalysisRequest::default() };
+        let request = AnalysisRequest { source, given: table::given(matches, SETTINGS), ..AnalysisRequest::default() };
         let stream = matches.get_one("source").cloned().unwrap_or(StreamSource::Input);
         Ok(Self {
             source: stream,
@@ -74,6 +81,7 @@ impl FromArgMatches for WatchOptions {
             watching,
             json: matches.get_flag("json"),
             out: matches.get_one("out").cloned(),
+            picture: matches.get_one("picture").cloned(),
             until_alarm: matches.get_flag("until-alarm"),
         })
     }
@@ -83,12 +91,20 @@ impl FromArgMatches for WatchOptions {
     }
 }
 
+/// Width of the picture, and the height of each of its panels, mm.
+const WIDTH: f64 = 160.0;
+const PANEL: f64 = 32.0;
+
 /// How long nothing may come before it is looked at whether the stream is still wanted.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Follows the stream until it ends, an interrupt comes, or nobody reads what is printed.
 pub(super) fn run(options: &WatchOptions, progress: &ProgressLine, out: &mut impl Write) -> Result<Vec<u8>, Stop> {
     let WatchOptions { source, request, watching, .. } = options;
+    // Said before the stream is followed, not after.
+    if let Some(path) = &options.picture {
+        FigureFormat::of(path).map_err(Failure::from)?;
+    }
     let cancel = Cancel::default();
     interrupted(&cancel);
     let mut watch = Watch::new(&source.to_string(), request.clone(), *watching).map_err(Failure::from)?;
@@ -165,12 +181,14 @@ struct Printer<'a, W: Write> {
     /// Time from which on the next line is due.
     due: f64,
     alarms: usize,
+    /// What was identified, where it is to be drawn.
+    updates: Vec<StreamUpdate>,
 }
 
 impl<'a, W: Write> Printer<'a, W> {
     fn new(options: &'a WatchOptions, out: &'a mut W) -> Result<Self, Failure> {
         let table = options.out.as_deref().map(Table::new).transpose()?;
-        Ok(Self { options, out, table, settled: None, due: f64::NEG_INFINITY, alarms: 0 })
+        Ok(Self { options, out, table, settled: None, due: f64::NEG_INFINITY, alarms: 0, updates: Vec::new() })
     }
 
     /// Prints a line; false if nobody reads it.
@@ -192,7 +210,7 @@ impl<'a, W: Write> Printer<'a, W> {
             let read = match event {
                 WatchEvent::Notice(text) => self.notice(&text)?,
                 WatchEvent::Settled(settled) => {
-                    let words = settled_words(&settled, self.options.watching.last);
+                    let words = settled_words(&settled);
                     if let Some(table) = &mut self.table {
                         table.head(&settled)?;
                     }
@@ -214,6 +232,9 @@ impl<'a, W: Write> Printer<'a, W> {
         if let Some(table) = &mut self.table {
             table.row(update)?;
         }
+        if self.options.picture.is_some() {
+            self.updates.push(update.clone());
+        }
         if update.change.is_none() && update.time < self.due {
             return Ok(true);
         }
@@ -230,12 +251,25 @@ impl<'a, W: Write> Printer<'a, W> {
                 self.line(&format!("{time}  ALARM: the model no longer explains what arrives, {what}"))?
             }
             (Some(AlarmChange::Cleared(why)), _) => {
-                let why = cleared_words(why, self.options.watching.last);
+                let why = cleared_words(why, self.settled.as_ref().map_or(0.0, |s| s.last));
                 self.line(&format!("{time}  the alarm ends: {why}"))?
             }
             _ => true,
         };
         Ok(told && self.line(&format!("{time}  {}", equations(update)))?)
+    }
+
+    /// Draws the stream as far as it was followed.
+    fn draw(&self, path: &Path, watch: &Watch) -> Result<(), Failure> {
+        let format = FigureFormat::of(path).map_err(Failure::from)?;
+        let record = watch.record();
+        let Some(figure) = stream_figure(record.as_ref(), self.settled.as_deref(), &self.updates) else {
+            return Ok(());
+        };
+        let height = PANEL * figure.rows.len() as f64 + 10.0;
+        let drawing = figure.svg(FigureSize { width: WIDTH, height, ..FigureSize::default() }, &ShownUnits::default());
+        let bytes = format.bytes(&drawing, &figure.caption).map_err(Failure::from)?;
+        std::fs::write(path, bytes).map_err(|e| Failure::writing(path, &e))
     }
 
     /// The last line.
@@ -252,6 +286,9 @@ impl<'a, W: Write> Printer<'a, W> {
         } else {
             format!("# {}", summary_words(watch.counts(), self.alarms))
         };
+        if let Some(path) = &self.options.picture {
+            self.draw(path, watch)?;
+        }
         self.line(&text)?;
         Ok(Vec::new())
     }

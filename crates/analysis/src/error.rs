@@ -86,7 +86,9 @@ pub enum AnalysisError {
         irregular: Irregular,
     },
     /// A stream's time stamps lie too far off an even grid.
-    #[error("the time stamps of the stream are up to {percent} % of their interval off an even grid: they tell when rows arrived, not when samples were taken")]
+    #[error(
+        "the time stamps of the stream are up to {percent} % of their interval off an even grid: they tell when rows arrived, not when samples were taken"
+    )]
     JitteringStream {
         /// The largest distance, as a share of the interval, %.
         percent: f64,
@@ -99,7 +101,11 @@ pub enum AnalysisError {
 fn uneven(irregular: &Irregular) -> String {
     match irregular {
         Irregular::Uneven { step, usual, .. } => {
-            format!("the stream is not sampled evenly: a step of {} s stands among steps of {} s", significant(*step, 4), significant(*usual, 4))
+            format!(
+                "the stream is not sampled evenly: a step of {} s stands among steps of {} s",
+                significant(*step, 4),
+                significant(*usual, 4)
+            )
         }
         Irregular::Repeated { .. } | Irregular::Falling { .. } => "the time of the stream does not rise".into(),
     }

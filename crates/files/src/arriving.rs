@@ -158,9 +158,11 @@ impl ArrivingRows {
         };
         let second = time_unit(&self.name, &table, &mut notices)?;
         let units = convert(&mut table, &mut notices);
-        let channels = selection.channels.iter().zip(&units).map(|((role, column), unit)| {
-            channel(&table.headings[*column], *role, unit, Vec::new())
-        });
+        let channels = selection
+            .channels
+            .iter()
+            .zip(&units)
+            .map(|((role, column), unit)| channel(&table.headings[*column], *role, unit, Vec::new()));
         Ok(Columns {
             separator,
             count: table.headings.len(),

@@ -5,32 +5,35 @@
 //! `source`'s.
 
 mod arrivals;
+mod figure;
 mod json;
 pub mod source;
 mod words;
 
 use std::collections::VecDeque;
 
+use crate::Progress;
 use crate::analyse::{Listener, chosen};
 use crate::error::AnalysisError;
 use crate::request::AnalysisRequest;
 use crate::source::KindName;
-use crate::Progress;
 pub use arrivals::ArrivalCounts;
 use arrivals::{Arrivals, Follows, Grid, NewRow};
-pub use words::{alarm_words, cleared_words, settled_words, summary_words};
+pub use figure::stream_figure;
 pub use json::{summary_json, update_json};
 use sindyscope_core::sampling::{self, LEAST_SAMPLES, Sampling};
 use sindyscope_core::setting::{Setting, SettingForm, change, positive};
-use sindyscope_core::study::{Blocking, Cancel, Settings, Stream, StreamSettings, StreamUpdate};
+use sindyscope_core::study::{Blocking, Cancel, Settings, Stream, StreamSettings, StreamUpdate, StudyError};
 use sindyscope_files::{ArrivedRow, ArrivingRows};
 use sindyscope_values::record::{Channel, Record, RecordSet, Usage};
+pub use words::{alarm_words, cleared_words, settled_words, summary_words};
 
 /// How a stream is watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Watching {
-    /// How much of the stream is identified, and from how much of it the settings are chosen at first: so many seconds.
-    pub last: f64,
+    /// How much of the stream is identified, and from how much of it the settings are chosen at first: so many seconds. None:
+    /// [`USUAL_LAST`], or more where the motion is so slow that they hold too few of its periods.
+    pub last: Option<f64>,
     /// Seconds of the stream between two lines.
     pub every: f64,
     /// False alarms an hour that are allowed.
@@ -39,9 +42,16 @@ pub struct Watching {
 
 impl Default for Watching {
     fn default() -> Self {
-        Self { last: 20.0, every: 1.0, false_alarms: 0.1 }
+        Self { last: None, every: 1.0, false_alarms: 0.1 }
     }
 }
+
+/// How much of a stream is identified where nothing is said of it, s.
+pub const USUAL_LAST: f64 = 20.0;
+/// Factor on what is needed of a slow motion.
+const MORE_THAN_NEEDED: f64 = 1.5;
+/// Blocks that are told of at first: fewer say nothing of their errors, and may be wild.
+const FIRST_BLOCKS: usize = 4;
 
 const HEADING: &str = "Stream";
 
@@ -52,11 +62,11 @@ pub static WATCHING: &[Setting<Watching>] = &[
         label: "Last",
         group: HEADING,
         help: "Identify this much of the stream, s: its last seconds. The settings that are left open are chosen from its first ones",
-        default: "20",
+        default: "20, or twelve periods of a slow motion",
         unit: "s",
         form: SettingForm::One("SECONDS"),
-        read: |text| positive(text).map(|v| change(move |w: &mut Watching| w.last = v)),
-        write: |w| vec![w.last.to_string()],
+        read: |text| positive(text).map(|v| change(move |w: &mut Watching| w.last = Some(v))),
+        write: |w| w.last.iter().map(f64::to_string).collect(),
         ..Setting::BLANK
     },
     Setting {
@@ -107,6 +117,8 @@ pub struct Settled {
     pub opening: Record,
     /// How the stream is parted into blocks.
     pub blocking: Blocking,
+    /// How much of it is identified, s.
+    pub last: f64,
 }
 
 /// A stream that is watched.
@@ -114,6 +126,8 @@ pub struct Settled {
 pub struct Watch {
     request: AnalysisRequest,
     watching: Watching,
+    /// How much of the stream is identified, s.
+    last: f64,
     reader: ArrivingRows,
     arrivals: Arrivals,
     rows: Vec<ArrivedRow>,
@@ -131,7 +145,10 @@ enum WatchState {
         /// Length of the rows at the last look, s.
         looked: f64,
     },
-    Running { stream: Box<Stream>, grid: Grid },
+    Running {
+        stream: Box<Stream>,
+        grid: Grid,
+    },
 }
 
 /// Growth of what has come, as a share of what is needed, between two looks at whether it is enough.
@@ -153,10 +170,11 @@ impl Watch {
             return Err(AnalysisError::Settings(what.into()));
         }
         let reader = ArrivingRows::new(name, request.source.read_options());
-        let arrivals = Arrivals::new(request.source.reading.rate.map(f64::recip), 2.0 * watching.last);
+        let last = watching.last.unwrap_or(USUAL_LAST);
+        let arrivals = Arrivals::new(request.source.reading.rate.map(f64::recip), 2.0 * last);
         let (rows, kept) = (Vec::new(), VecDeque::new());
         let state = WatchState::Opening { rows: Vec::new(), looked: 0.0 };
-        Ok(Self { request, watching, reader, arrivals, rows, state, kept, told_header: false })
+        Ok(Self { request, watching, last, reader, arrivals, rows, state, kept, told_header: false })
     }
 
     /// What has become of the rows so far.
@@ -172,7 +190,7 @@ impl Watch {
     /// Share of what is needed before settings are chosen that has come, 0 to 1; none once they are.
     pub fn filled(&self) -> Option<f64> {
         match &self.state {
-            WatchState::Opening { rows, .. } => Some((length(rows) / self.watching.last).min(1.0)),
+            WatchState::Opening { rows, .. } => Some((length(rows) / self.last).min(1.0)),
             WatchState::Running { .. } => None,
         }
     }
@@ -267,7 +285,7 @@ impl Watch {
                 self.kept.clear();
             }
             self.kept.push_back(row.clone());
-            while self.kept.front().is_some_and(|first| row.time - first.time > self.watching.last) {
+            while self.kept.front().is_some_and(|first| row.time - first.time > self.last) {
                 self.kept.pop_front();
             }
         }
@@ -291,13 +309,13 @@ impl Watch {
             WatchState::Opening { rows, looked } => {
                 rows.extend(new);
                 let length = length(rows);
-                let enough = length >= self.watching.last && length >= *looked + LOOK_AGAIN * self.watching.last;
+                let enough = length >= self.last && length >= *looked + LOOK_AGAIN * self.last;
                 if !enough {
                     return Ok(());
                 }
                 *looked = length;
                 let rows = std::mem::take(rows);
-                self.settle(rows, OPENING_SHARE * self.watching.last, cancel, progress, told)
+                self.settle(rows, OPENING_SHARE * self.last, cancel, progress, told)
             }
         }
     }
@@ -323,17 +341,26 @@ impl Watch {
         let chosen = chosen(&self.request, &set, true, cancel, progress)?;
         progress(Progress::Stage("identifying"));
         let mut grid = Grid::new(record.interval);
-        let settings = StreamSettings {
-            study: chosen.settings.clone(),
-            last: self.watching.last,
-            false_alarms: self.watching.false_alarms,
+        let false_alarms = self.watching.false_alarms;
+        let settings = StreamSettings { study: chosen.settings.clone(), last: self.last, false_alarms };
+        let mut stream = match Stream::new(record.clone(), settings) {
+            Err(StudyError::StreamTooShort { needed, .. }) if self.watching.last.is_none() && least > 0.0 => {
+                self.last = (MORE_THAN_NEEDED * needed).ceil();
+                let last = self.last;
+                told.push(WatchEvent::Notice(format!(
+                    "the motion is slow: the last {last} s are identified, not {USUAL_LAST}"
+                )));
+                self.state = WatchState::Opening { rows, looked: 0.0 };
+                return Ok(());
+            }
+            made => Box::new(made?),
         };
-        let mut stream = Box::new(Stream::new(record.clone(), settings)?);
         told.push(WatchEvent::Settled(Box::new(Settled {
             settings: chosen.settings,
             choice: chosen.choice,
             opening: record,
             blocking: stream.blocking(),
+            last: self.last,
         })));
         run(&mut stream, &mut grid, &mut self.arrivals.counts, rows, told);
         self.state = WatchState::Running { stream, grid };
@@ -356,7 +383,10 @@ fn run(
     rows: Vec<NewRow>,
     told: &mut Vec<WatchEvent>,
 ) {
-    let mut tell = |update: Option<StreamUpdate>| told.extend(update.map(|u| WatchEvent::Update(Box::new(u))));
+    let mut tell = |update: Option<StreamUpdate>| {
+        let update = update.filter(|u| u.blocks >= FIRST_BLOCKS);
+        told.extend(update.map(|u| WatchEvent::Update(Box::new(u))));
+    };
     for (k, row) in rows.into_iter().enumerate() {
         match grid.place(&row) {
             Follows::TooSoon => {

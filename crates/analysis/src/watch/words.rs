@@ -32,8 +32,8 @@ pub fn cleared_words(why: Cleared, last: f64) -> String {
 }
 
 /// What the stream is identified with, one sentence.
-pub fn settled_words(settled: &Settled, last: f64) -> String {
-    let Settled { settings, blocking, opening, .. } = settled;
+pub fn settled_words(settled: &Settled) -> String {
+    let Settled { settings, blocking, opening, last, .. } = settled;
     let layout = opening.layout(settings.kind);
     let terms: Vec<String> = settings.terms.iter().map(|t: &Term| t.text(&layout)).collect();
     format!(

@@ -47,9 +47,7 @@ pub use refined::Refinement;
 pub use score::Score;
 pub use settings::{Formulation, Kinematics, Lock, Own, Scaling, Settings};
 pub use settings_grid::{GridCell, Judge, SettingsGrid, SettingsGridPoint, settings_grid};
-pub use stream::{
-    Alarm, AlarmCause, AlarmChange, Blocking, Cleared, Judged, Stream, StreamSettings, StreamUpdate,
-};
+pub use stream::{Alarm, AlarmCause, AlarmChange, Blocking, Cleared, Judged, Stream, StreamSettings, StreamUpdate};
 pub use suggest::suggest;
 pub use table::{FORMS, KINEMATICS, METHODS, REGRESSORS, SCALINGS, SETTINGS, asks_for_unit_mass, setting, term_lists};
 pub use weak::suggested_half_width;

@@ -223,7 +223,9 @@ fn set_up(device: &Path, baud: u32) -> Result<(), String> {
     stty.arg(device_option).arg(device).args([&*baud, "raw", "-echo", "min", "1", "time", "0"]);
     let name = device.display();
     let done = stty.output().map_err(|e| {
-        format!("cannot set up the serial line {name}: there is no `stty` here ({e}); pipe what the line sends into `-`")
+        format!(
+            "cannot set up the serial line {name}: there is no `stty` here ({e}); pipe what the line sends into `-`"
+        )
     })?;
     if done.status.success() {
         return Ok(());
@@ -259,7 +261,9 @@ mod tests {
         let path = folder.path().join("log.csv");
         let cancel = Cancel::default();
         let arriving = Arriving::open(&StreamSource::File(path.clone()), &cancel).unwrap();
-        assert!(matches!(arriving.next(Duration::from_secs(20)), Some(Arrival::Waiting(what)) if what.contains("log.csv")));
+        assert!(
+            matches!(arriving.next(Duration::from_secs(20)), Some(Arrival::Waiting(what)) if what.contains("log.csv"))
+        );
         let mut file = File::create(&path).unwrap();
         file.write_all(b"t,x\n0,1\n1,").unwrap();
         assert_eq!(text(&arriving, "1,"), ("t,x\n0,1\n1,".into(), 0));

@@ -174,9 +174,8 @@ impl Watchman {
                 };
                 cleared.map(|why| {
                     self.alarm = None;
-                    if why == Cleared::Relearned {
-                        window.forgive();
-                    }
+                    // What comes now and then, as the beats of a drive do, is usual once it is known.
+                    window.forgive();
                     AlarmChange::Cleared(why)
                 })
             }

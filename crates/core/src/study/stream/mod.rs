@@ -96,6 +96,8 @@ pub struct StreamUpdate {
     pub time: f64,
     /// Samples that came so far.
     pub samples: usize,
+    /// Blocks that the last seconds hold so far.
+    pub blocks: usize,
     /// How much of the last seconds is covered by rows, s.
     pub covered: f64,
     /// The equations of the last seconds; standard errors from the scatter of blocks.
@@ -111,11 +113,11 @@ pub struct StreamUpdate {
 /// Fewest blocks from which the spread between blocks is known well enough to judge another one.
 pub(crate) const MIN_BLOCKS: usize = 8;
 /// Most blocks that the last seconds are parted into: more would cost time and tell no more of their spread.
-const MAX_BLOCKS: usize = 64;
+const MAX_BLOCKS: usize = 32;
 
 impl Stream {
     /// A stream of the channels of `opening`, whose noise and main period tell how long a block is: a period at least, so that
-    /// blocks are alike, and a sixty-fourth of what is kept. None of its samples counts yet: they are pushed as all others.
+    /// blocks are alike, and a thirty-second part of what is kept. None of its samples counts yet: they are pushed as all others.
     ///
     /// # Errors
     /// Settings that do not fit the record, that only a record as a whole can be studied with, or that keep too little for a
@@ -132,8 +134,7 @@ impl Stream {
         let blocking = blocking(opening, &study, &facts, last, terms.len())?;
         let channels: Vec<Channel> =
             opening.channels.iter().map(|c| Channel { values: Arc::default(), ..c.clone() }).collect();
-        let stretch =
-            Stretch { start: opening.start, held: vec![Vec::new(); channels.len()], ..Stretch::default() };
+        let stretch = Stretch { start: opening.start, held: vec![Vec::new(); channels.len()], ..Stretch::default() };
         let watchman = Watchman::new(false_alarms * blocking.seconds() / 3600.0);
         let window = Window::new(blocking.kept, blocking.seconds());
         Ok(Self {
@@ -224,10 +225,8 @@ impl Stream {
     fn block(&mut self, rows: usize) -> Option<StreamUpdate> {
         let Blocking { interval, stride, margin, rows: whole, .. } = self.blocking;
         let samples = self.held().min(self.blocking.samples(rows));
-        let channel = |(channel, held): (&Channel, &Vec<f64>)| Channel {
-            values: held[..samples].into(),
-            ..channel.clone()
-        };
+        let channel =
+            |(channel, held): (&Channel, &Vec<f64>)| Channel { values: held[..samples].into(), ..channel.clone() };
         let record = Record {
             name: String::new(),
             source: None,
@@ -277,6 +276,7 @@ impl Stream {
         StreamUpdate {
             time,
             samples: self.samples,
+            blocks: self.window.blocks().count(),
             covered: self.window.seconds(),
             model,
             judged,
@@ -299,7 +299,9 @@ fn streamable(study: &Settings, opening: &Record) -> Result<(), StudyError> {
         return refuse("the response of a stream is not fitted: leave the refinement out");
     }
     match opening.channels.iter().find(|c| c.estimated && matches!(c.role, Role::Displacement(_))) {
-        Some(_) => refuse("a stream needs its displacements measured: one estimated from an acceleration needs the whole record"),
+        Some(_) => refuse(
+            "a stream needs its displacements measured: one estimated from an acceleration needs the whole record",
+        ),
         None => Ok(()),
     }
 }
@@ -324,12 +326,8 @@ fn blocking(
     // A block that is longer than what is kept by rounding alone is kept all the same.
     let kept = (last / blocking.seconds() + 1e-9) as usize;
     if kept < MIN_BLOCKS {
-        let needed = MIN_BLOCKS as f64 * blocking.seconds();
-        return Err(StudyError::Setting(format!(
-            "the last {last} s hold {kept} blocks of {:.3} s, a period of the motion at least, where {MIN_BLOCKS} are needed to \
-             tell what is usual: keep at least {needed:.3} s",
-            blocking.seconds()
-        )));
+        let (blocks, seconds) = (MIN_BLOCKS, blocking.seconds());
+        return Err(StudyError::StreamTooShort { last, kept, seconds, blocks, needed: blocks as f64 * seconds });
     }
     Ok(Blocking { kept, ..blocking })
 }
