@@ -161,6 +161,11 @@ impl Grid {
         Self { interval, start: 0.0, samples: 0, newest: 0.0 }
     }
 
+    /// True before the first row.
+    pub(super) fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+
     /// Puts a row onto the grid.
     pub(super) fn place(&mut self, row: &NewRow) -> Follows {
         let step = (row.time - self.newest) / self.interval;

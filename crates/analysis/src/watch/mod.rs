@@ -387,7 +387,8 @@ fn run(
         let update = update.filter(|u| u.blocks >= FIRST_BLOCKS);
         told.extend(update.map(|u| WatchEvent::Update(Box::new(u))));
     };
-    for (k, row) in rows.into_iter().enumerate() {
+    for row in rows {
+        let first = grid.is_empty();
         match grid.place(&row) {
             Follows::TooSoon => {
                 counts.taken -= 1;
@@ -395,7 +396,7 @@ fn run(
                 continue;
             }
             Follows::Anew => {
-                counts.gaps += usize::from(k > 0 && !row.anew);
+                counts.gaps += usize::from(!first && !row.anew);
                 tell(stream.begin(row.time));
             }
             Follows::Next => {}
