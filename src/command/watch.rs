@@ -161,6 +161,7 @@ pub(super) fn run(options: &WatchOptions, progress: &ProgressLine, out: &mut imp
 }
 
 /// Sets the flag at the first interrupt; a second one ends the program as it would otherwise.
+#[cfg(not(target_arch = "wasm32"))]
 fn interrupted(cancel: &Cancel) {
     let cancel = cancel.clone();
     // Where there is a handler already, as in tests that run commands in one process, an interrupt ends the program.
@@ -171,6 +172,10 @@ fn interrupted(cancel: &Cancel) {
         cancel.cancel();
     });
 }
+
+/// Nothing interrupts a browser's page.
+#[cfg(target_arch = "wasm32")]
+fn interrupted(_: &Cancel) {}
 
 /// What is printed, and written to a table.
 struct Printer<'a, W: Write> {

@@ -117,7 +117,7 @@ fn coefficient(
     let ends = settled.iter().map(|(_, c, e)| (c - TWO_SIDED * e.unwrap_or(0.0), c + TWO_SIDED * e.unwrap_or(0.0)));
     let range = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((0.0, 1.0));
     let name = term.text(layout);
-    let mut panel = Panel::new(id, over, Axis::linear(name.clone(), unit, widened(range)));
+    let mut panel = Panel::new(id, over, Axis::linear("c", unit, widened(range)));
     panel.title = format!("coefficient of {name} in d{}/dt", layout.name(state));
     panel.layers.push(Layer::new(Ink::Identified, "", Shape::Band(band)));
     let line = Points::new(values.iter().map(|(t, c, _)| [*t, *c]));

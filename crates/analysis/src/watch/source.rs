@@ -6,10 +6,14 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+#[cfg(target_arch = "wasm32")]
+mod absent;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
+#[cfg(target_arch = "wasm32")]
+pub use absent::Arriving;
 #[cfg(not(target_arch = "wasm32"))]
-pub use native::{Arrival, Arriving};
+pub use native::Arriving;
 
 /// A source of rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +31,21 @@ pub enum StreamSource {
         /// Bits a second.
         baud: u32,
     },
+}
+
+/// What a source tells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// This has arrived.
+    Bytes(Vec<u8>),
+    /// What follows is read from the beginning again.
+    Anew,
+    /// The source is not there yet, or is gone and waited for: what is waited for.
+    Waiting(String),
+    /// Nothing comes any more.
+    Ended,
+    /// The source cannot be read: why.
+    Failed(String),
 }
 
 /// Speed of a serial line of which none is said, bits a second.

@@ -9,28 +9,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-use super::StreamSource;
+use super::{Arrival, StreamSource};
 use sindyscope_core::study::Cancel;
 
 /// How long a source that has nothing is left alone.
 const PAUSE: Duration = Duration::from_millis(30);
 /// Bytes that are read at once: more than a datagram can hold.
 const CHUNK: usize = 1 << 16;
-
-/// What a source tells.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Arrival {
-    /// This has arrived.
-    Bytes(Vec<u8>),
-    /// What follows is read from the beginning again.
-    Anew,
-    /// The source is not there yet, or is gone and waited for: what is waited for.
-    Waiting(String),
-    /// Nothing comes any more.
-    Ended,
-    /// The source cannot be read: why.
-    Failed(String),
-}
 
 /// What arrives from a source.
 #[derive(Debug)]
@@ -77,11 +62,6 @@ impl Arriving {
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => Some(Arrival::Ended),
         }
-    }
-
-    /// What has arrived already.
-    pub fn ready(&self) -> Option<Arrival> {
-        self.receiver.try_recv().ok()
     }
 }
 
