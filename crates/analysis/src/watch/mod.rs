@@ -142,6 +142,8 @@ enum WatchState {
     /// Rows are collected until they are enough to choose the settings from.
     Opening {
         rows: Vec<NewRow>,
+        /// The first row since the source began anew.
+        since: usize,
         /// Length of the rows at the last look, s.
         looked: f64,
     },
@@ -173,7 +175,7 @@ impl Watch {
         let last = watching.last.unwrap_or(USUAL_LAST);
         let arrivals = Arrivals::new(request.source.reading.rate.map(f64::recip), 2.0 * last);
         let (rows, kept) = (Vec::new(), VecDeque::new());
-        let state = WatchState::Opening { rows: Vec::new(), looked: 0.0 };
+        let state = WatchState::Opening { rows: Vec::new(), since: 0, looked: 0.0 };
         Ok(Self { request, watching, last, reader, arrivals, rows, state, kept, told_header: false })
     }
 
@@ -298,26 +300,25 @@ impl Watch {
         progress: Listener<'_>,
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
-        if new.is_empty() {
-            return Ok(());
-        }
-        match &mut self.state {
-            WatchState::Running { stream, grid } => {
-                run(stream, grid, &mut self.arrivals.counts, new, told);
-                Ok(())
+        let mut new = new.into_iter();
+        // Row by row: whatever pieces text arrives in, the same rows are enough to choose the settings from.
+        while let WatchState::Opening { rows, since, looked } = &mut self.state {
+            let Some(row) = new.next() else { return Ok(()) };
+            if row.anew {
+                (*since, *looked) = (rows.len(), 0.0);
             }
-            WatchState::Opening { rows, looked } => {
-                rows.extend(new);
-                let length = length(rows);
-                let enough = length >= self.last && length >= *looked + LOOK_AGAIN * self.last;
-                if !enough {
-                    return Ok(());
-                }
+            let length = row.time - rows.get(*since).map_or(row.time, |first: &NewRow| first.time);
+            rows.push(row);
+            if length >= self.last && length >= *looked + LOOK_AGAIN * self.last {
                 *looked = length;
                 let rows = std::mem::take(rows);
-                self.settle(rows, OPENING_SHARE * self.last, cancel, progress, told)
+                self.settle(rows, OPENING_SHARE * self.last, cancel, progress, told)?;
             }
         }
+        if let WatchState::Running { stream, grid } = &mut self.state {
+            run(stream, grid, &mut self.arrivals.counts, new, told);
+        }
+        Ok(())
     }
 
     /// Chooses the settings from what has come, if it holds a stretch of at least so many seconds, and runs all of it.
@@ -350,7 +351,8 @@ impl Watch {
                 told.push(WatchEvent::Notice(format!(
                     "the motion is slow: the last {last} s are identified, not {USUAL_LAST}"
                 )));
-                self.state = WatchState::Opening { rows, looked: 0.0 };
+                let since = rows.iter().rposition(|r| r.anew).unwrap_or(0);
+                self.state = WatchState::Opening { rows, since, looked: 0.0 };
                 return Ok(());
             }
             made => Box::new(made?),
@@ -380,7 +382,7 @@ fn run(
     stream: &mut Stream,
     grid: &mut Grid,
     counts: &mut ArrivalCounts,
-    rows: Vec<NewRow>,
+    rows: impl IntoIterator<Item = NewRow>,
     told: &mut Vec<WatchEvent>,
 ) {
     let mut tell = |update: Option<StreamUpdate>| {
