@@ -98,6 +98,8 @@ fn a_growing_file_is_identified_live_alarms_when_it_changes_and_its_end_is_kept(
     assert!(alarm.contains("no longer explains") && window.shows("Alarm"), "{alarm}");
     window.wait_for("all of it came", |w| w.shows("6599 rows"));
     look_at(&mut window, "stream_light");
+    window.press(CTRL, Key::L);
+    look_at(&mut window, "stream_dark");
 
     window.click("Keep as record…");
     let kept = home.path().join("kept.csv");

@@ -81,8 +81,8 @@ fn fields(ui: &mut Ui, form: &mut StreamForm) {
             None => drop(ui.weak(format!("{USUAL_LAST} s, more of a slow motion"))),
         }
     });
-    let tip = "Alarms that a stream without any change may raise: fewer are slower to tell a change";
-    row(ui, "false alarms", tip, |ui| {
+    let tip = "False alarms: how many a stream without any change may raise; fewer are slower to tell a change";
+    row(ui, "alarms", tip, |ui| {
         let field = DragValue::new(&mut form.false_alarms).range(1e-4..=1000.0).speed(0.01).max_decimals(4);
         ui.add(field.suffix(" an hour")).accessible_name("False alarms an hour".to_owned());
     });
