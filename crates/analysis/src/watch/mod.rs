@@ -268,10 +268,10 @@ impl Watch {
         Ok(())
     }
 
-    /// The longest stretch without a gap of the last seconds; none as long as there is none.
+    /// The newest stretch without a gap of the last seconds; none as long as there is none.
     pub fn record(&self) -> Option<Record> {
         let rows: Vec<NewRow> = self.kept.iter().cloned().collect();
-        opening(&rows, self.channels()?, self.request.source.reading.rate).ok().flatten()
+        stretch(&rows, self.channels()?, self.request.source.reading.rate, Stretch::Newest).ok().flatten()
     }
 
     /// Without a column of time a line that is no row is a sample that is missing.
@@ -331,7 +331,7 @@ impl Watch {
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
         let channels = self.reader.channels().unwrap_or_default();
-        let found = opening(&rows, channels, self.request.source.reading.rate)?;
+        let found = stretch(&rows, channels, self.request.source.reading.rate, Stretch::Longest)?;
         let Some(record) = found.filter(|r| r.duration() >= least) else {
             if let WatchState::Opening { rows: waiting, .. } = &mut self.state {
                 *waiting = rows;
@@ -407,8 +407,21 @@ fn run(
     }
 }
 
-/// The longest stretch of rows without a gap since the source began anew last, as a record; none if it is too short for one.
-fn opening(rows: &[NewRow], channels: &[Channel], rate: Option<f64>) -> Result<Option<Record>, AnalysisError> {
+/// Which of the stretches between gaps is wanted.
+#[derive(Clone, Copy, PartialEq)]
+enum Stretch {
+    Longest,
+    /// The newest that is long enough for a record.
+    Newest,
+}
+
+/// A stretch of rows without a gap since the source began anew last, as a record; none if it is too short for one.
+fn stretch(
+    rows: &[NewRow],
+    channels: &[Channel],
+    rate: Option<f64>,
+    which: Stretch,
+) -> Result<Option<Record>, AnalysisError> {
     let since = rows.iter().rposition(|r| r.anew).unwrap_or(0);
     let whole: Vec<&NewRow> = rows[since..].iter().filter(|r| r.values.iter().all(|v| v.is_finite())).collect();
     if whole.len() < LEAST_SAMPLES {
@@ -424,14 +437,13 @@ fn opening(rows: &[NewRow], channels: &[Channel], rate: Option<f64>) -> Result<O
         }
         None => sampling::analyse(&mut stamps).map_err(|irregular| AnalysisError::UnevenStream { irregular })?,
     };
-    let Some(stretch) = sampling.stretches.iter().max_by_key(|s| s.rows.len()) else { return Ok(None) };
+    let mut long = sampling.stretches.iter().filter(|s| s.rows.len() >= LEAST_SAMPLES);
+    let found = if which == Stretch::Newest { long.next_back() } else { long.max_by_key(|s| s.rows.len()) };
+    let Some(stretch) = found else { return Ok(None) };
     if stretch.resample.is_some() {
         return Err(AnalysisError::JitteringStream { percent: sampling::significant(100.0 * sampling.jitter, 2) });
     }
     let rows = &whole[stretch.rows.clone()];
-    if rows.len() < LEAST_SAMPLES {
-        return Ok(None);
-    }
     let filled = |(k, channel): (usize, &Channel)| Channel {
         values: rows.iter().map(|row| row.values[k]).collect(),
         ..channel.clone()

@@ -100,6 +100,11 @@ fn a_source_that_stops_and_comes_back_loses_nothing_that_arrived() {
     }
     assert!(told.iter().all(|u| u.alarm.is_none()), "{:?}", told.iter().find(|u| u.alarm.is_some()));
     assert!(told.last().unwrap().samples == counts.taken);
+    // What is shown and kept is what came last, however short.
+    let mut watch = self::watch(&[]);
+    take(&mut watch, &[&rows[..9000], &rows[9500..10_500]].concat().concat());
+    let record = watch.record().unwrap();
+    assert!((record.duration() - 10.0).abs() < 0.05, "{}", record.duration());
 }
 
 #[test]
