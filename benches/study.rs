@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope_core::study::{
-    Cancel, Differentiation, Formulation, Settings, Smoothing, Study, settings_grid, suggest,
+    Cancel, Differentiation, Formulation, Settings, Smoothing, Stream, StreamSettings, Study, settings_grid, suggest,
 };
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_values::record::{RecordSet, Usage};
@@ -133,6 +133,30 @@ fn maps(c: &mut Criterion) {
     });
 }
 
+/// Samples of a stream, each pushed by itself: rows, blocks, coefficients with their errors, and the judgement of each block.
+fn streams(c: &mut Criterion) {
+    let options = ScenarioOptions { seed: 1, duration: Some(60.0), ..ScenarioOptions::default() };
+    let record = generate("friction-multisine", &options).expect("a scenario").records.remove(0);
+    let study = Settings {
+        terms: list("x, v, u, du, x^2, x^3, v*|v|, sgn(v), 1").expect("terms"),
+        smoothing: Smoothing::default().with_window(31),
+        threshold: 0.001,
+        ..Settings::default()
+    };
+    let settings = StreamSettings { study, last: 20.0, false_alarms: 0.1 };
+    let samples: Vec<Vec<f64>> =
+        (0..record.len()).map(|k| record.channels.iter().map(|c| c.values[k]).collect()).collect();
+    let mut stream = Stream::new(record.slice(0..20_000), settings).expect("a stream");
+    let mut next = samples.iter().cycle();
+    c.bench_function("1000 samples of a stream, 9 terms", |b| {
+        b.iter(|| {
+            for sample in next.by_ref().take(1000) {
+                black_box(stream.push(sample));
+            }
+        });
+    });
+}
+
 criterion_group! {
     name = map;
     config = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(8));
@@ -141,7 +165,7 @@ criterion_group! {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).measurement_time(Duration::from_secs(4));
-    targets = studies, fits
+    targets = studies, fits, streams
 }
 criterion_group! {
     name = ways;

@@ -14,6 +14,7 @@ pub(crate) enum WindowCommand {
     OpenPath,
     AddRecords,
     Columns,
+    Stream,
     Sample(Sample),
     Demonstration,
     Lessons,
@@ -61,7 +62,7 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 /// The commands that are one each, in the order of the help: group, label, tooltip and key.
-const TABLE: [Row; 29] = [
+const TABLE: [Row; 30] = [
     (
         WindowCommand::Open,
         "Files",
@@ -82,6 +83,13 @@ const TABLE: [Row; 29] = [
         "Files",
         "Columns…",
         "Show what the files hold, and say which column is the time, a displacement, a force, …",
+        None,
+    ),
+    (
+        WindowCommand::Stream,
+        "Files",
+        "Open a stream…",
+        "Follow a growing file, a serial line or UDP: its last seconds are identified as they come, with an alarm when they change",
         None,
     ),
     (

@@ -19,6 +19,7 @@ use super::report::ReportRoom;
 use super::rig::RigRoom;
 use super::settings_map::SettingsMap;
 use super::state::{Edit, Shown};
+use super::stream::StreamRoom;
 use super::views::{MapProgress, Picture, ViewFigures};
 use sindyscope_core::study::Outcome;
 
@@ -36,6 +37,7 @@ pub(crate) struct Derived {
     pub(crate) report: ReportRoom,
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
+    pub(crate) stream: StreamRoom,
     pub(crate) map: SettingsMap,
     /// The figures of the views.
     pub(crate) figures: ViewFigures,
@@ -67,6 +69,7 @@ impl Derived {
             report: ReportRoom::default(),
             rig: RigRoom::default(),
             teacher: Teacher::default(),
+            stream: StreamRoom::default(),
             map: SettingsMap::default(),
             figures: ViewFigures::default(),
             fitted: 0,

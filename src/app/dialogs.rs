@@ -98,7 +98,7 @@ impl Dialogs {
                 let kinds = if saved == ReportForm::Pdf { [pdf, html] } else { [html, pdf] };
                 kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
             }
-            Purpose::Table | Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds => {
+            Purpose::Table | Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds | Purpose::StreamRecord => {
                 dialog.add_filter("Table", &["csv"]).set_file_name(name)
             }
         };

@@ -36,7 +36,8 @@ use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
 use super::saving::{SaveResult, Saving};
 use super::session;
-use super::state::{Answered, ClassCase, State};
+use super::state::{Answered, ClassCase, State, StreamForm};
+use super::stream::work::{self as stream, StreamPart};
 use super::views::{FigureRequest, View};
 
 /// The queue of the window.
@@ -76,6 +77,8 @@ pub(crate) enum Key {
     Search,
     /// The pages of the report.
     Pages,
+    /// The stream that is followed.
+    Stream,
     /// The virtual rig.
     Rig,
     /// Drawing a round of the class mode.
@@ -133,6 +136,8 @@ pub(crate) enum Job {
     Search(Box<search::SearchRequest>),
     /// Draw the pages of the report, so many pixels wide.
     Pages { content: Box<Content>, width: u32 },
+    /// Follow a stream until it ends.
+    Stream(Box<StreamForm>),
     /// Record the virtual rig and study its record.
     Rig { settings: Box<RigSettings>, usual_library: bool },
     /// Draw what a round hides.
@@ -190,6 +195,8 @@ pub(crate) enum Part {
     Map(SettingsGrid),
     /// What the search has found so far.
     Search(search::Event),
+    /// What has come of the stream.
+    Stream(Box<StreamPart>),
 }
 
 /// What came of a job.
@@ -226,6 +233,8 @@ pub(crate) enum Done {
     Map(SettingsGrid),
     /// The search has come to its end.
     Searched,
+    /// The stream has ended.
+    Streamed,
     /// The pages, and the sections that the study has nothing for.
     Pages(Vec<Pixels>, Vec<Section>),
     /// The rig's record and what was found in it.
@@ -332,6 +341,10 @@ impl Work for Job {
             Self::Pages { content, width } => {
                 let (pages, empty) = report::pages(&content, width, cancel, &share)?;
                 Done::Pages(pages, empty)
+            }
+            Self::Stream(form) => {
+                stream::follow(&form, cancel, &|part| report.part(Part::Stream(Box::new(part))))?;
+                Done::Streamed
             }
             Self::Rig { settings, usual_library } => {
                 Done::Recorded(Box::new(rig::record(&mut memory.rig, *settings, usual_library, cancel)?))

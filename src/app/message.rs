@@ -14,6 +14,7 @@ use super::lessons;
 use super::missing;
 use super::rig;
 use super::state::{Edit, ModalShown, RigState, Source, ViewState, WalkView};
+use super::stream::StreamAct;
 use sindyscope_core::prepare::Preparation;
 use sindyscope_report::component::ComponentView;
 use sindyscope_values::record::Role;
@@ -94,6 +95,8 @@ pub(crate) enum Message {
     Zoom(f32),
     /// Save figures like this.
     Figure(FigureLook),
+    /// Do something with the stream.
+    Stream(StreamAct),
     /// The project was saved here.
     ProjectSaved(PathBuf),
 }
@@ -121,6 +124,7 @@ impl Message {
                 | (Self::Columns(ColumnsAct::Choose(_)), Self::Columns(ColumnsAct::Choose(_)))
                 | (Self::PageWidth(_), Self::PageWidth(_))
                 | (Self::Zoom(_), Self::Zoom(_))
+                | (Self::Stream(StreamAct::Form(_)), Self::Stream(StreamAct::Form(_)))
         )
     }
 }

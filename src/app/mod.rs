@@ -43,6 +43,7 @@ mod session;
 mod settings_map;
 mod state;
 mod status;
+mod stream;
 mod theme;
 mod toolbar;
 mod update;
@@ -58,7 +59,7 @@ pub use replay::{Replayed, replay};
 pub(crate) use report::headless::project as report_of_project;
 pub use state::{
     Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress,
-    OwnEffects, Pin, RigState, Sample, Shown, Source, State, Walk, WalkView,
+    OwnEffects, Pin, RigState, Sample, Shown, Source, State, StreamForm, Walk, WalkView,
 };
 pub use window::App;
 

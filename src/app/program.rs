@@ -111,7 +111,13 @@ impl WindowProgram {
 
     /// True while something is computed, or was and is not taken in yet.
     pub(crate) fn busy(&self) -> bool {
-        self.jobs.busy()
+        self.jobs.busy() && !self.only_streams()
+    }
+
+    /// True while nothing but a stream is followed, which is done for as long as the stream lasts.
+    fn only_streams(&self) -> bool {
+        let running = self.jobs.running();
+        running.contains_key(&Key::Stream) && running.len() == 1
     }
 
     fn ask(&self, wants: Vec<Want>) {

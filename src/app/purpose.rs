@@ -36,6 +36,8 @@ pub(crate) enum Purpose {
     RoundRecords,
     /// To export the rounds of a class to.
     Rounds,
+    /// To save the last seconds of a stream to, and open them.
+    StreamRecord,
     /// To save the log of the session to.
     Log,
 }
@@ -58,6 +60,7 @@ impl Purpose {
             Self::RigRecords => "Save the rig's records",
             Self::RoundRecords => "Save the round's records",
             Self::Rounds => "Export the rounds",
+            Self::StreamRecord => "Keep the last seconds as a record (.csv)",
             Self::Log => "Save the log of this session",
         }
     }
@@ -78,6 +81,7 @@ impl Purpose {
             | Self::RigRecords
             | Self::RoundRecords
             | Self::Rounds
+            | Self::StreamRecord
             | Self::Log => "Save",
         }
     }
@@ -96,7 +100,7 @@ impl Purpose {
             Self::Model => Some(ExportFormat::Python.ending()),
             Self::Plot | Self::Window => Some("png"),
             Self::Report(form) => Some(form.ending()),
-            Self::Table | Self::RigRecords | Self::RoundRecords | Self::Rounds => Some("csv"),
+            Self::Table | Self::RigRecords | Self::RoundRecords | Self::Rounds | Self::StreamRecord => Some("csv"),
         }
     }
 }

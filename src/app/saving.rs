@@ -18,6 +18,7 @@ use super::views::{self, MapProgress, Picture, Seen, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export;
+use sindyscope_values::record::Record;
 
 /// What is saved, and where.
 #[derive(Debug)]
@@ -51,6 +52,8 @@ pub(crate) enum SavedContent {
     RigRecords(Box<Made>),
     /// The records of a class's round.
     RoundRecords(ClassCase),
+    /// The last seconds of a stream.
+    StreamRecord(Arc<Record>),
 }
 
 /// A picture of a view.
@@ -117,6 +120,7 @@ impl Saving {
             }
             SavedContent::RigRecords(made) => save::rig(path, &made)?,
             SavedContent::RoundRecords(case) => save::round(path, &case)?,
+            SavedContent::StreamRecord(record) => save::stream(path, &record)?,
         };
         Ok(SaveResult::Written { purpose, paths: written })
     }

@@ -120,6 +120,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     };
     entry(ui, WindowCommand::Open, true);
     entry(ui, WindowCommand::OpenPath, true);
+    entry(ui, WindowCommand::Stream, true);
     entry(ui, WindowCommand::AddRecords, open);
     entry(ui, WindowCommand::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
     ui.separator();

@@ -2,6 +2,7 @@
 
 mod commands;
 mod drawing;
+mod stream;
 mod tabs;
 
 use std::path::{Path, PathBuf};
@@ -72,6 +73,7 @@ struct Canvas {
     walk: missing::WalkCanvas,
     report: report::ReportCanvas,
     rig: Figures,
+    stream: Figures,
     columns: Plots,
     toasted: Toasted,
 }
@@ -194,6 +196,12 @@ impl App {
     /// What the force of the component lacks, once that was looked for.
     pub fn component_diagnosis(&self) -> Option<&Arc<DiagnosedComponent>> {
         self.program.derived.component.search.found().filter(|_| self.of_component())
+    }
+
+    /// What has come of the stream that is followed: blocks identified, alarms raised, and the alarm that stands.
+    pub fn streamed(&self) -> (usize, usize, Option<String>) {
+        let stream = &self.program.derived.stream;
+        (stream.updates.len(), stream.alarms, stream.alarm())
     }
 
     /// True if the base are modes.
@@ -323,6 +331,8 @@ impl eframe::App for App {
         self.bars(ui, frame);
         if self.program.state.shown.room == Room::Rig {
             self.rig(ui, frame);
+        } else if self.shows_stream() {
+            self.stream(ui, frame);
         } else {
             self.work(ui, frame);
         }

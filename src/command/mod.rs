@@ -18,6 +18,7 @@ mod series;
 pub(crate) mod shell;
 mod source;
 mod table;
+mod watch;
 mod window;
 
 use std::ffi::OsString;
@@ -63,6 +64,9 @@ enum Command {
     Batch(batch::BatchOptions),
     /// The table of a batch as a series: parameters over amplitude, temperature or time with their trend, and the records that do not fit
     Series(series::SeriesOptions),
+    /// Follow a stream: a growing file, a serial line or UDP; its last seconds are identified as they come, with an alarm when the
+    /// model no longer explains what arrives
+    Watch(watch::WatchOptions),
     /// What files hold: records, channels with name, unit and role, rate and length; what was mended, what is wrong
     Inspect(inspect::InspectOptions),
     /// The catalogue of effects that `diagnose` looks for: what each is, its terms and parameters, what it is mistaken for
@@ -94,6 +98,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             (Some(Command::Report(options)), progress) => report::run(&options, &progress),
             (Some(Command::Batch(options)), progress) => batch::run(&options, &progress),
             (Some(Command::Series(options)), _) => series::run(&options),
+            (Some(Command::Watch(options)), progress) => watch::run(&options, &progress, out),
             (Some(Command::Inspect(options)), progress) => inspect::run(&options, &progress),
             (Some(Command::Effects(options)), _) => effects::run(&options),
             (Some(Command::Generate(options)), progress) => generate::run(&options, &progress),

@@ -39,6 +39,13 @@ impl ProgressLine {
         self.0.set_position((STEPS as f64 * share.clamp(0.0, 1.0)) as u64);
     }
 
+    /// Nothing more is shown.
+    pub(super) fn hide(&self) {
+        if !self.0.is_finished() {
+            self.0.finish_and_clear();
+        }
+    }
+
     fn tell(&self, template: &str, what: &'static str) {
         // Both templates are right; without one the library's own would be used.
         if self.0.message() != what

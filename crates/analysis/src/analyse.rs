@@ -36,6 +36,44 @@ pub struct Analysis {
     pub suggested: Settings,
 }
 
+/// Settings with nothing left open.
+#[derive(Clone, Debug)]
+pub(crate) struct Chosen {
+    pub(crate) settings: Settings,
+    /// How those that were not given were chosen.
+    pub(crate) choice: Option<String>,
+    /// The settings that would be used if nothing were said of them.
+    pub(crate) suggested: Settings,
+}
+
+/// Chooses what was left open; for a stream, which has no response to fit and no other form, with those as they are given.
+pub(crate) fn chosen(
+    request: &AnalysisRequest,
+    records: &RecordSet,
+    streamed: bool,
+    cancel: &Cancel,
+    tell: Listener<'_>,
+) -> Result<Chosen, AnalysisError> {
+    if request.source.reading.kind == KindName::Component {
+        return Err(AnalysisError::NoMass);
+    }
+    let suggested = suggest(records, request.source.reading.kind.into())?;
+    let mut settings = request.settings(&suggested)?;
+    request.fix_force(&mut settings, records)?;
+    let mut free = request.free(&settings);
+    if streamed {
+        (free.form, free.refine) = (false, false);
+    }
+    let mut choice = None;
+    if free.window || free.order || free.threshold {
+        let told = |stage, share| tell(Progress::Share(stage, share));
+        let found = choose(records, &settings, free, cancel, &told)?;
+        settings = found.settings;
+        choice = Some(found.reason);
+    }
+    Ok(Chosen { settings, choice, suggested })
+}
+
 /// Chooses what was left open, and runs the study of prepared records.
 ///
 /// # Errors
@@ -46,20 +84,7 @@ pub fn analyse(
     cancel: &Cancel,
     tell: Listener<'_>,
 ) -> Result<Analysis, AnalysisError> {
-    if request.source.reading.kind == KindName::Component {
-        return Err(AnalysisError::NoMass);
-    }
-    let suggested = suggest(&records, request.source.reading.kind.into())?;
-    let mut settings = request.settings(&suggested)?;
-    request.fix_force(&mut settings, &records)?;
-    let free = request.free(&settings);
-    let mut choice = None;
-    if free.window || free.order || free.threshold {
-        let told = |stage, share| tell(Progress::Share(stage, share));
-        let chosen = choose(&records, &settings, free, cancel, &told)?;
-        settings = chosen.settings;
-        choice = Some(chosen.reason);
-    }
+    let Chosen { mut settings, choice, suggested } = chosen(request, &records, false, cancel, tell)?;
     let mut calibrated = Vec::new();
     if !request.calibrations.is_empty() {
         tell(Progress::Stage("finding what is asked of the channels"));

@@ -1,5 +1,6 @@
 use sindyscope_core::prepare::PrepareError;
 use sindyscope_core::remedy::Remedy;
+use sindyscope_core::sampling::{Irregular, significant};
 use sindyscope_core::study::StudyError;
 use sindyscope_files::ReadError;
 use sindyscope_search::GapError;
@@ -78,9 +79,36 @@ pub enum AnalysisError {
         /// What is wrong, and what would be right.
         problem: String,
     },
+    /// The steps between a stream's time stamps differ.
+    #[error("{}", uneven(.irregular))]
+    UnevenStream {
+        /// What is irregular.
+        irregular: Irregular,
+    },
+    /// A stream's time stamps lie too far off an even grid.
+    #[error(
+        "the time stamps of the stream are up to {percent} % of their interval off an even grid: they tell when rows arrived, not when samples were taken"
+    )]
+    JitteringStream {
+        /// The largest distance, as a share of the interval, %.
+        percent: f64,
+    },
     /// Missing effects of first-order data.
     #[error("missing effects are searched in equations of second order: of a displacement, whose velocity is derived")]
     FirstOrder,
+}
+
+fn uneven(irregular: &Irregular) -> String {
+    match irregular {
+        Irregular::Uneven { step, usual, .. } => {
+            format!(
+                "the stream is not sampled evenly: a step of {} s stands among steps of {} s",
+                significant(*step, 4),
+                significant(*usual, 4)
+            )
+        }
+        Irregular::Repeated { .. } | Irregular::Falling { .. } => "the time of the stream does not rise".into(),
+    }
 }
 
 impl AnalysisError {
@@ -92,6 +120,12 @@ impl AnalysisError {
             Self::Search(error) => error.remedies(),
             Self::Component(error) => error.remedies(),
             Self::Prepare(_) => vec![Remedy::to_do("give other times, other steps of preparation, or another share")],
+            Self::UnevenStream { .. } | Self::JitteringStream { .. } => {
+                vec![
+                    Remedy::to_do("let the source count its samples, and send that as the time"),
+                    Remedy::GiveRate { when: "the samples are even, whatever their stamps say" },
+                ]
+            }
             Self::MassNeeded => vec![Remedy::to_do("give the mass in kilograms")],
             Self::ForceNeeded => {
                 vec![Remedy::to_do("give the input the unit N, or fix the coefficient of `u` itself")]

@@ -7,6 +7,7 @@
 //! - [`component`]: the same of components without a mass.
 //! - [`batch`]: many records with the same settings, resumed wherever it ended.
 //! - [`series`]: the table of such a batch over one of its quantities: trends, and records that do not fit.
+//! - [`watch`]: a stream, the last seconds of which are identified as they come.
 //! - [`json`]: the results as the JSON that scripts rely on, the same from a command and from Python.
 //!
 //! Nothing here knows the words of a shell, the window or Python: an [`AnalysisError`] says what is wrong, and each of them
@@ -38,6 +39,7 @@ pub mod missing;
 pub mod request;
 pub mod series;
 pub mod source;
+pub mod watch;
 
 pub use analyse::{Analysis, Progress, analyse};
 pub use error::AnalysisError;

@@ -1,7 +1,7 @@
 //! From a file's columns to records: trajectories, units, the even grid, and what is refused.
 
 use super::error::{ReadError, ReadProblem, RowPlace};
-use super::heading::label;
+use super::heading::{Heading, label};
 use super::options::ReadOptions;
 use super::shared_units;
 use super::table::ColumnTable;
@@ -78,11 +78,11 @@ pub(super) fn records(
 }
 
 /// How a stamp becomes seconds: multiplied by the first, divided by the second, one of which is 1.
-#[derive(Clone, Copy)]
-struct Seconds(f64, f64);
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seconds(f64, f64);
 
 impl Seconds {
-    fn seconds(self, time: f64) -> f64 {
+    pub(super) fn seconds(self, time: f64) -> f64 {
         time * self.0 / self.1
     }
 
@@ -92,7 +92,7 @@ impl Seconds {
     }
 }
 
-fn time_unit(file: &str, table: &ColumnTable, notices: &mut Vec<String>) -> Result<Seconds, ReadError> {
+pub(super) fn time_unit(file: &str, table: &ColumnTable, notices: &mut Vec<String>) -> Result<Seconds, ReadError> {
     let Some(column) = table.selection.time else { return Ok(Seconds(1.0, 1.0)) };
     let unit = &table.headings[column].unit;
     if unit.is_empty() {
@@ -112,7 +112,7 @@ fn time_unit(file: &str, table: &ColumnTable, notices: &mut Vec<String>) -> Resu
 
 /// Brings every channel that measures the first displacement's quantity, or that per time, to its unit; gives each
 /// channel's unit.
-fn convert(table: &mut ColumnTable, notices: &mut Vec<String>) -> Vec<String> {
+pub(super) fn convert(table: &mut ColumnTable, notices: &mut Vec<String>) -> Vec<String> {
     let ColumnTable { headings, selection, channels, .. } = table;
     let unit_of = |column: usize| headings[column].unit.clone();
     let mut units: Vec<String> = selection.channels.iter().map(|(_, column)| unit_of(*column)).collect();
@@ -147,6 +147,12 @@ fn reference(channels: &[(Role, usize)], units: &[String]) -> Option<String> {
     // Multiples of gravity become metres per second squared.
     let metres = units::parse("m").zip(units::parse(unit)).and_then(|(m, unit)| m.rates_to(&unit));
     (derived || metres.is_some_and(|n| n as usize == order)).then(|| if derived { length } else { "m".to_owned() })
+}
+
+/// A channel that was measured, with the name of its column.
+pub(super) fn channel(heading: &Heading, role: Role, unit: &str, values: Vec<f64>) -> Channel {
+    let name = if heading.stem.is_empty() { role.symbol().to_owned() } else { heading.stem.clone() };
+    Channel { name, role, unit: unit.to_owned(), values: values.into(), estimated: false }
 }
 
 /// Which rows belong to each trajectory: a range where they stand together.
@@ -361,11 +367,7 @@ impl Trajectory<'_> {
     fn channels(&self, columns: Vec<Vec<f64>>) -> Vec<Channel> {
         let channels = self.table.selection.channels.iter().zip(self.units).zip(columns);
         channels
-            .map(|(((role, column), unit), values)| {
-                let heading = &self.table.headings[*column];
-                let name = if heading.stem.is_empty() { role.symbol().to_owned() } else { heading.stem.clone() };
-                Channel { name, role: *role, unit: unit.clone(), values: values.into(), estimated: false }
-            })
+            .map(|(((role, column), unit), values)| channel(&self.table.headings[*column], *role, unit, values))
             .collect()
     }
 

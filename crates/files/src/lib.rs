@@ -22,6 +22,7 @@
 //! stamps; `assemble` makes records of it all.
 #![deny(missing_docs)]
 
+mod arriving;
 mod assemble;
 mod column;
 mod column_map;
@@ -41,6 +42,7 @@ mod table;
 mod words;
 mod write;
 
+pub use arriving::{ArrivedRow, ArrivingRows};
 pub use column::{FileColumn, FileContents, Flaw};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub use error::{ReadError, ReadProblem, RowPlace};

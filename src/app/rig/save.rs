@@ -33,6 +33,12 @@ pub(crate) fn round(path: PathBuf, case: &ClassCase) -> Result<Vec<PathBuf>, Str
     Ok(vec![path])
 }
 
+/// Writes the last seconds of a stream.
+pub(crate) fn stream(path: PathBuf, record: &Record) -> Result<Vec<PathBuf>, String> {
+    csv(&path, [record], &["Sindyscope: the last seconds of a stream".to_owned()])?;
+    Ok(vec![path])
+}
+
 fn csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>, comments: &[String]) -> Result<(), String> {
     let mut bytes = Vec::new();
     write_csv(records, &mut bytes, comments).map_err(|e| failed(path, &e.to_string()))?;

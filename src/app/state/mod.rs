@@ -8,6 +8,7 @@ mod own;
 mod rig;
 mod room;
 mod stored;
+mod stream;
 mod views;
 mod walk;
 
@@ -31,6 +32,7 @@ use sindyscope_files::ReadOptions;
 use sindyscope_report::component::ComponentView;
 use sindyscope_report::view::View;
 pub(crate) use stored::upgraded_project;
+pub use stream::StreamForm;
 pub(crate) use views::ViewState;
 pub(crate) use walk::RoundStep;
 pub use walk::{Base, Walk, WalkView};
@@ -96,6 +98,8 @@ pub struct State {
     pub rig: RigState,
     /// How far the lessons have come.
     pub lessons: LessonProgress,
+    /// The stream.
+    pub stream: StreamForm,
 }
 
 impl Default for State {
@@ -112,6 +116,7 @@ impl Default for State {
             figure: FigureLook::default(),
             rig: RigState::default(),
             lessons: LessonProgress::default(),
+            stream: StreamForm::default(),
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::app::jobs::{Done, Key, Part};
 use crate::app::purpose::Purpose;
 use crate::app::saving::SaveResult;
 use crate::app::state::{ClassRound, State};
+use crate::app::stream::StreamAct;
 use crate::command::shell::quoted;
 
 /// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
@@ -23,6 +24,7 @@ pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part) -> Vec<
     run(state, derived, |update| match part {
         Part::Map(map) => update.derived.map.take(map),
         Part::Search(event) => update.derived.missing.take(event),
+        Part::Stream(part) => update.derived.stream.take(*part),
     })
 }
 
@@ -62,6 +64,7 @@ impl Update<'_> {
             Done::Bought(bought) => derived.questions.take(bought),
             Done::Map(map) => derived.map.take(map),
             Done::Searched => derived.missing.done(),
+            Done::Streamed => derived.stream.end(None),
             Done::Pages(pages, empty) => derived.report.take(pages, empty),
             Done::Recorded(recorded) => derived.rig.take(*recorded, &mut self.state.rig),
             Done::RoundDrawn { case, hidden, description } => {
@@ -77,6 +80,11 @@ impl Update<'_> {
             // The program goes on from the one; the window asks a person about the other.
             Done::Restored(..) | Done::Nothing | Done::Saved(SaveResult::Taken { .. }) => {}
             Done::Saved(SaveResult::Written { paths, purpose }) => {
+                if purpose == Purpose::StreamRecord {
+                    self.state.stream.shown = false;
+                    self.stream(StreamAct::Close);
+                    return self.open(&paths);
+                }
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
                 let names = names.join(" and ");
                 derived.notices.done(match purpose {
@@ -105,6 +113,7 @@ impl Update<'_> {
             Key::Search => derived.missing.fail(reason),
             Key::Pages => derived.report.fail(reason),
             Key::Rig => derived.rig.fail(reason),
+            Key::Stream => derived.stream.end(Some(reason)),
             Key::DrawRound => derived.rig.class.drawn(&mut self.state.rig.class, Err(reason)),
             Key::SearchRound => derived.rig.class.searched(&mut self.state.rig.class, Err(reason)),
             Key::Figure(view) => derived.figures.fail(*view, reason),

@@ -214,6 +214,7 @@ impl App {
                 SavedContent::Report(Box::new(subject.content()?))
             }
             Purpose::RigRecords => SavedContent::RigRecords(Box::new(derived.rig.made()?.clone())),
+            Purpose::StreamRecord => SavedContent::StreamRecord(Arc::clone(derived.stream.record.as_ref()?)),
             Purpose::RoundRecords => SavedContent::RoundRecords(state.rig.class.case.clone()),
             Purpose::Rounds => SavedContent::Text(class::csv(&state.rig.class)),
         })

@@ -447,7 +447,7 @@ impl App {
 }
 
 /// The centre of the window.
-fn centre(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
+pub(super) fn centre(ui: &mut Ui, body: impl FnOnce(&mut Ui)) {
     let ground = palette::ground(ui.visuals().dark_mode);
     let outline = egui::Frame::new().fill(ground).inner_margin(Margin::symmetric(10, 4));
     CentralPanel::default().frame(outline).show(ui, body);

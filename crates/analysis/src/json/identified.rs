@@ -151,7 +151,7 @@ fn by_equation(settings: &Settings, layout: &Layout) -> Value {
 }
 
 /// The equations. What is not known of an error is null; that of `dx/dt = v` is known, 0.
-pub(super) fn equations(model: &Model, units: &Units) -> Vec<Value> {
+pub(crate) fn equations(model: &Model, units: &Units) -> Vec<Value> {
     model
         .iter()
         .map(|(state, equation)| {

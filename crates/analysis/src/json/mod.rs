@@ -8,6 +8,7 @@ use serde_json::Value;
 
 pub use diagnosed::{diagnosed, evidence};
 pub use effects::effects;
+pub(crate) use identified::equations;
 pub use identified::{identified, lasting, lasting_gap, mode, of_channel};
 
 /// The version of the fields.

@@ -18,6 +18,7 @@ mod writing;
 
 pub use basis::OrthonormalBasis;
 pub use bounded::{BoundedSolution, Bounds, bounded_least_squares};
+pub(crate) use reduce::Unexplained;
 pub use reduce::{Reduced, Sign};
 pub(crate) use redundancy::Redundancy;
 pub use regressor::Regressor;

@@ -26,6 +26,30 @@ pub struct Reduced {
     pub(super) redundancy: Option<Arc<Redundancy>>,
 }
 
+/// What coefficients leave of a target.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unexplained {
+    /// RMS of the residual.
+    pub(crate) rms: f64,
+    /// The residual's part along each column of norm one: white residuals have their own standard deviation here, whatever the
+    /// column and however many the rows.
+    pub(crate) along: Vec<f64>,
+    /// Norm of each column.
+    pub(crate) norms: Vec<f64>,
+}
+
+impl Unexplained {
+    /// What the residual does to a column's moment Θᵀy.
+    pub(crate) fn score(&self, column: usize) -> f64 {
+        self.along[column] * self.norms[column]
+    }
+
+    /// By how much a column's coefficient would have to change to leave nothing along it, the others as they are.
+    pub(crate) fn shift(&self, column: usize) -> f64 {
+        if self.norms[column] > 0.0 { self.along[column] / self.norms[column] } else { 0.0 }
+    }
+}
+
 /// A sign that a coefficient may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sign {
@@ -253,6 +277,21 @@ impl Reduced {
     pub fn damped(&self, keep: &[usize], ridge: f64) -> Vec<f64> {
         let (b, _) = self.solve(keep, &[], |_| ridge * self.rows as f64);
         b.iter().zip(keep).map(|(b, k)| b * self.target_scale / self.scale[*k]).collect()
+    }
+
+    /// What given coefficients, one a column, leave of the target.
+    pub(crate) fn unexplained(&self, coefficients: &[f64]) -> Unexplained {
+        let mut residual = self.triangle.column(self.columns()) * self.target_scale;
+        for (k, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+            residual.axpy(-c * self.scale[k], &self.triangle.column(k), 1.0);
+        }
+        let along = |k: usize| {
+            let (norm, product) = (self.triangle.column(k).norm(), self.triangle.column(k).dot(&residual));
+            if norm > 0.0 && norm.is_finite() { product / norm } else { 0.0 }
+        };
+        let along = (0..self.columns()).map(along).collect();
+        let norms = (0..self.columns()).map(|k| self.triangle.column(k).norm() * self.scale[k]).collect();
+        Unexplained { rms: residual.norm() / (self.rows.max(1) as f64).sqrt(), along, norms }
     }
 
     /// Condition number of the kept columns, each scaled to RMS 1; infinite where they are dependent.

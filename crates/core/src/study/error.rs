@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::remedy::Remedy;
+use sindyscope_values::format::number::significant;
 
 /// Why a study has no outcome.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -17,6 +18,25 @@ pub enum StudyError {
     /// A setting does not fit the records.
     #[error("{0}")]
     Setting(String),
+    /// Too little of a stream is kept to tell what is usual in it.
+    #[error(
+        "the last {} s hold {kept} blocks of {} s, each a period of the motion at least, where {blocks} are needed to tell what \
+         is usual",
+        significant(*last, 3),
+        significant(*seconds, 3)
+    )]
+    StreamTooShort {
+        /// What is kept, s.
+        last: f64,
+        /// Blocks that it holds.
+        kept: usize,
+        /// Length of a block, s.
+        seconds: f64,
+        /// Blocks that are needed.
+        blocks: usize,
+        /// Length of so many, s.
+        needed: f64,
+    },
     /// Stopped from outside.
     #[error("cancelled")]
     Cancelled,
@@ -31,6 +51,9 @@ impl StudyError {
                 Remedy::columns::<String, String>([]),
             ],
             Self::Setting(_) => vec![Remedy::LeaveToData],
+            Self::StreamTooShort { needed, .. } => {
+                vec![Remedy::to_do(format!("keep at least {} s of the stream", significant(*needed, 3)))]
+            }
             Self::NothingToFit | Self::Cancelled => Vec::new(),
         }
     }

@@ -53,8 +53,13 @@ impl TextHead {
     }
 
     /// The text of the bytes that this is the head of.
-    fn text<'a>(&'a self, bytes: &'a [u8]) -> &'a [u8] {
+    pub(crate) fn text<'a>(&'a self, bytes: &'a [u8]) -> &'a [u8] {
         self.decoded.as_ref().map_or_else(|before| &bytes[*before..], Vec::as_slice)
+    }
+
+    /// Where the rows of numbers begin in that text.
+    pub(crate) fn header(&self, file: &str, text: &[u8], choose: &Choose<'_>) -> Result<Header, ReadError> {
+        find_header(file, text, &self.readings, choose)
     }
 }
 
@@ -104,7 +109,7 @@ pub(crate) fn look(
 }
 
 /// The file's text in one encoding: no byte-order mark, lines ended by line feeds, comments led by `#` alone.
-fn decode(bytes: &[u8]) -> Option<Cow<'_, [u8]>> {
+pub(crate) fn decode(bytes: &[u8]) -> Option<Cow<'_, [u8]>> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]])).collect();
         Cow::Owned(String::from_utf16_lossy(&units).into_bytes())
@@ -146,7 +151,7 @@ pub(crate) fn text_of(bytes: &[u8]) -> String {
 }
 
 /// Cells of the rows after a point in the text.
-struct TextRows<'a> {
+pub(crate) struct TextRows<'a> {
     bytes: &'a [u8],
     base: usize,
     reader: Reader<&'a [u8]>,
@@ -160,7 +165,7 @@ struct TextRows<'a> {
 }
 
 impl<'a> TextRows<'a> {
-    fn new(bytes: &'a [u8], base: usize, separator: u8) -> Self {
+    pub(crate) fn new(bytes: &'a [u8], base: usize, separator: u8) -> Self {
         let reader = ReaderBuilder::new()
             .delimiter(separator)
             .has_headers(false)
@@ -173,7 +178,7 @@ impl<'a> TextRows<'a> {
     }
 
     /// Reads the next row that is neither blank nor a comment; false at the end.
-    fn advance(&mut self) -> bool {
+    pub(crate) fn advance(&mut self) -> bool {
         loop {
             let before = self.position();
             // Neither the length of rows nor their encoding is checked by the reader, and bytes in memory cannot fail.
@@ -220,17 +225,17 @@ impl<'a> TextRows<'a> {
         }
     }
 
-    fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         if self.separator == b' ' { self.cells.len() } else { self.record.len() }
     }
 
-    fn cell(&self, column: usize) -> &[u8] {
+    pub(crate) fn cell(&self, column: usize) -> &[u8] {
         let field = if self.separator == b' ' { self.cells.get(column).copied() } else { Some(column) };
         trim(field.and_then(|f| self.record.get(f)).unwrap_or_default())
     }
 
     /// The row's cells as text, without empty ones at its end.
-    fn texts(&self) -> Vec<String> {
+    pub(crate) fn texts(&self) -> Vec<String> {
         let mut texts: Vec<String> = (0..self.len()).map(|c| text_of(self.cell(c))).collect();
         while texts.last().is_some_and(String::is_empty) {
             texts.pop();
@@ -296,13 +301,13 @@ impl HeadRow {
 }
 
 /// Where the rows of numbers begin, and what stands above them.
-struct Header {
-    separator: u8,
-    headings: Vec<Heading>,
+pub(crate) struct Header {
+    pub(crate) separator: u8,
+    pub(crate) headings: Vec<Heading>,
     line: usize,
     /// The byte after the header.
-    end: usize,
-    notices: Vec<String>,
+    pub(crate) end: usize,
+    pub(crate) notices: Vec<String>,
 }
 
 /// Cells of a row of names: where blanks separate, a unit in brackets belongs to the name before it.
@@ -554,7 +559,7 @@ fn read_rows(
 }
 
 /// True for a cell that says that there is no value.
-fn is_missing(cell: &[u8]) -> bool {
+pub(crate) fn is_missing(cell: &[u8]) -> bool {
     // Most cells are numbers: those are told by their first byte.
     if cell.first().is_some_and(u8::is_ascii_digit) {
         return false;

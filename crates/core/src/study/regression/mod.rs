@@ -9,12 +9,16 @@ mod written;
 use std::ops::Range;
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
+
 use super::candidates::{lock_of, offered, sign_of};
 use super::covariance::Covariance;
 use super::weak::{StateRows, WeakForm};
 use super::{EquationFit, Formulation, Kinematics, Lock, Scaling, Settings, StudyError};
 use crate::signal::{Differentiation, Signals, Smoothing, dot, rms};
-use crate::sparse::{Constraint, Reduced, Scores, Sign, Solution, SparseOptions, between, drop_path, stlsq};
+use crate::sparse::{
+    Constraint, Reduced, Scores, Sign, Solution, SparseOptions, Unexplained, between, drop_path, stlsq,
+};
 use crate::study::outcome::{DroppedTerm, PathTerm};
 use opposed::DependentCoefficients;
 use rows::{filtered, integrated, smooth_alike};
@@ -85,6 +89,9 @@ struct Target {
     rate_rms: f64,
 }
 
+/// The rows of a record that a regression uses, counted in strides from its first sample.
+type RowsInside<'a> = &'a dyn Fn(&Signals) -> Range<usize>;
+
 /// Rows that a regression uses, at most: more say nothing new and cost time.
 const MAX_ROWS: usize = 120_000;
 
@@ -101,11 +108,32 @@ impl Regression {
         if let Basis::Averages(weak) = basis {
             return Self::averaged(layout, terms, records, weak, fitted);
         }
-        let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
-        let program = Program::new(&expressions, layout);
         let total: usize = records.iter().map(|r| r.states.first().map_or(0, Vec::len)).sum();
         let length = records.iter().map(|r| r.length).fold(f64::INFINITY, f64::min);
         let stride = smoothing.stride(length).max(total.div_ceil(MAX_ROWS));
+        let inside = |signals: &Signals| {
+            let count = signals.states.first().map_or(0, Vec::len);
+            // A record of a few segments cannot spare both ends.
+            let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
+            margin..count.div_ceil(stride) - margin
+        };
+        let regression = Self::of_rows(layout, terms, records, smoothing, basis, fitted, (stride, &inside))?;
+        enough(regression.rows(), terms)?;
+        Ok(regression)
+    }
+
+    /// The regression of some rows of each record, however few, every `stride`-th sample from the first: what `inside` says.
+    pub(super) fn of_rows(
+        layout: &Layout,
+        terms: &[Term],
+        records: &[Arc<Signals>],
+        smoothing: &Smoothing,
+        basis: &Basis,
+        fitted: &[usize],
+        (stride, inside): (usize, RowsInside<'_>),
+    ) -> Result<Self, StudyError> {
+        let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
+        let program = Program::new(&expressions, layout);
         let filter = if smoothing.filter_library { smoothing.filter() } else { None };
         let derived = smoothing.method == Differentiation::Filter;
         let jumps: Vec<bool> = terms.iter().map(Term::switches).collect();
@@ -113,12 +141,6 @@ impl Regression {
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
-        let inside = |signals: &Signals| {
-            let count = signals.states.first().map_or(0, Vec::len);
-            // A record of a few segments cannot spare both ends.
-            let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
-            margin..count.div_ceil(stride) - margin
-        };
         let moving = Moving::new(layout, terms, records, |signals| {
             let inside = inside(signals);
             RowRaster {
@@ -152,7 +174,6 @@ impl Regression {
             let together = signals.main_period.unwrap_or(together).max(together);
             block = block.max((together / (signals.interval * stride as f64)).ceil() as usize);
         }
-        enough(rates.first().map_or(0, Vec::len), terms)?;
         let rate_rms: Vec<f64> = rates.iter().map(|rate| rms(rate)).collect();
         let stretches = moving.stretches();
         let origin = if let Basis::Integrals = basis {
@@ -291,6 +312,72 @@ impl Regression {
             block: first.block,
             origin: Origin::Joined,
         }
+    }
+
+    /// The reduced problem of the same rows, each weighed by a bell over all of them (Hann's): the scores of its residuals are
+    /// those of a stretch with soft edges. Residuals of derivatives have neighbours that cancel, and at a hard edge these are
+    /// missing. Without its columns, as [`Self::joined`].
+    pub(super) fn tapered(&self) -> Self {
+        let weight = |row: usize, rows: usize| (std::f64::consts::PI * (row as f64 + 0.5) / rows.max(1) as f64).sin();
+        let weighed = |values: &[f64]| -> Vec<f64> {
+            values.iter().enumerate().map(|(row, value)| value * weight(row, values.len())).collect()
+        };
+        let of_target = |target: &Target| {
+            let columns: Vec<Vec<f64>> = target.columns.iter().map(|column| weighed(column)).collect();
+            let reduced = Reduced::new(&columns, &weighed(&target.rate));
+            let (columns, rate) = (Arc::default(), Vec::new());
+            Target { state: target.state, index: target.index, columns, rate, reduced, rate_rms: target.rate_rms }
+        };
+        let targets = self.targets.iter().map(of_target).collect();
+        Self {
+            layout: self.layout,
+            terms: self.terms.clone(),
+            targets,
+            starts: Vec::new(),
+            stretches: Vec::new(),
+            block: self.block,
+            origin: Origin::Joined,
+        }
+    }
+
+    /// The library's columns whose coefficient in a fitted equation of a model was found, not given.
+    pub(super) fn fitted_columns(&self, equation: usize, model: &Model, settings: &Settings) -> Vec<usize> {
+        let target = &self.targets[equation];
+        let given = self.constraints(settings, target);
+        let kept = &model.equations[target.index].terms;
+        let is_fitted = |k: &usize| {
+            !matches!(given[*k], Constraint::Fixed(_)) && kept.iter().any(|kept| kept.term == self.terms[*k])
+        };
+        (0..self.terms.len()).filter(is_fitted).collect()
+    }
+
+    /// `(ΘᵀΘ)⁻¹` of a fitted equation's columns; none where they are dependent.
+    pub(super) fn inverse_gram(&self, equation: usize, columns: &[usize]) -> Option<DMatrix<f64>> {
+        self.targets[equation].reduced.inverse_gram(columns)
+    }
+
+    /// A model's coefficients by the library's columns, zero for terms that it lacks: `[fitted equation][term]`.
+    pub(super) fn coefficients_of(&self, model: &Model) -> Vec<Vec<f64>> {
+        let of = |target: &Target| {
+            let equation = &model.equations[target.index];
+            self.terms.iter().map(|term| equation.coefficient(term).unwrap_or(0.0)).collect()
+        };
+        self.targets.iter().map(of).collect()
+    }
+
+    /// What given coefficients, `[fitted equation][term]`, leave of the rates of these rows.
+    pub(super) fn left_by(&self, coefficients: &[Vec<f64>]) -> Vec<Unexplained> {
+        self.targets.iter().zip(coefficients).map(|(target, c)| target.reduced.unexplained(c)).collect()
+    }
+
+    /// The library's term of an index.
+    pub(super) fn term(&self, index: usize) -> &Term {
+        &self.terms[index]
+    }
+
+    /// Rows that there are.
+    pub(super) fn rows(&self) -> usize {
+        self.targets.first().map_or(0, |t| t.reduced.rows())
     }
 
     /// The thresholds at which some term drops out, ascending.
