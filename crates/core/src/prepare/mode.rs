@@ -106,7 +106,7 @@ impl ModeShape {
         // What was estimated of each sensor's motion is that of the mode with the same weights.
         for kind in [Role::Displacement, Role::Velocity, Role::Acceleration] {
             let of_kind = |c: &&Channel| record.channel(kind(c.role.index()));
-            let Some(all) = own.iter().map(|c| of_kind(c)).collect::<Option<Vec<&Channel>>>() else { continue };
+            let Some(all) = own.iter().map(of_kind).collect::<Option<Vec<&Channel>>>() else { continue };
             let values = if kind(shown.role.index()) == shown.role {
                 motion.clone()
             } else {

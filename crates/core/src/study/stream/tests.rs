@@ -216,7 +216,7 @@ fn what_a_stream_cannot_be_studied_with_is_refused_in_a_sentence() {
     let refused = |change: &dyn Fn(&mut StreamSettings)| {
         let mut settings = settings(TERMS, 20.0);
         change(&mut settings);
-        Stream::new(record.clone(), settings).err().expect("refused").to_string()
+        Stream::new(record.clone(), settings).expect_err("refused").to_string()
     };
     assert!(refused(&|s| s.last = 3.0).contains("where 8 are needed"), "{}", refused(&|s| s.last = 3.0));
     assert!(refused(&|s| s.study.smoothing.method = crate::signal::Differentiation::Kalman).contains("segments"));
