@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Component, Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 use clap::Args;
 use tiny_http::{Header, Method, Request, Response, Server};
@@ -108,14 +109,27 @@ fn answer(request: Request, folder: &Path) -> std::io::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let kind = KINDS.iter().find(|(of, _)| *of == ending).map_or("application/octet-stream", |(_, kind)| kind);
     let packed = packed(&path).filter(|packed| takes_gzip(&request) && packed.is_file());
-    let mut response = Response::from_file(File::open(packed.as_ref().unwrap_or(&path))?);
+    let file = File::open(packed.as_ref().unwrap_or(&path))?;
+    let state = state(&file)?;
     let encoding = packed.is_some().then_some(("Content-Encoding", "gzip"));
-    for (name, value) in HEADERS.into_iter().chain([("Content-Type", kind)]).chain(encoding) {
-        if let Ok(header) = Header::from_bytes(name, value) {
-            response.add_header(header);
-        }
+    let headers = HEADERS.into_iter().chain([("Content-Type", kind), ("ETag", &state)]).chain(encoding);
+    let headers: Vec<Header> = headers.filter_map(|(name, value)| Header::from_bytes(name, value).ok()).collect();
+    if header(&request, "If-None-Match").is_some_and(|known| known.contains(&state)) {
+        let unchanged = headers.into_iter().fold(Response::empty(304), Response::with_header);
+        return request.respond(unchanged);
     }
-    request.respond(response)
+    request.respond(headers.into_iter().fold(Response::from_file(file), Response::with_header))
+}
+
+/// What tells a state of a file from any other, as a browser gives it back: length and time of the last change.
+fn state(file: &File) -> std::io::Result<String> {
+    let about = file.metadata()?;
+    let changed = about.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
+    Ok(format!("\"{:x}-{:x}\"", about.len(), changed.as_nanos()))
+}
+
+fn header<'a>(request: &'a Request, name: &'static str) -> Option<&'a str> {
+    Some(request.headers().iter().find(|header| header.field.equiv(name))?.value.as_str())
 }
 
 /// The same file packed, if it lies beside.
@@ -124,8 +138,7 @@ fn packed(path: &Path) -> Option<PathBuf> {
 }
 
 fn takes_gzip(request: &Request) -> bool {
-    let accepted = request.headers().iter().find(|header| header.field.equiv("Accept-Encoding"));
-    accepted.is_some_and(|header| header.value.as_str().split([',', ' ', ';']).any(|coding| coding == "gzip"))
+    header(request, "Accept-Encoding").is_some_and(|accepted| accepted.split([',', ' ', ';']).any(|one| one == "gzip"))
 }
 
 /// The file that an address means; none if it would lead out of the folder. The page's files have plain names: nothing in
@@ -187,6 +200,9 @@ mod tests {
         let packed = answered(&web, "GET /sindyscope_bg.wasm HTTP/1.1\r\nAccept-Encoding: br, gzip;q=0.8");
         assert!(packed.ends_with("packed") && packed.contains("Content-Encoding: gzip"), "{packed}");
         assert!(packed.contains("application/wasm"), "{packed}");
+        let state = page.lines().find_map(|line| line.strip_prefix("ETag: ")).unwrap();
+        let again = answered(&web, &format!("GET / HTTP/1.1\r\nIf-None-Match: {state}"));
+        assert!(again.starts_with("HTTP/1.1 304") && !again.ends_with("page"), "{again}");
     }
 
     #[test]

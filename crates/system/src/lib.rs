@@ -1,7 +1,7 @@
 //! Files, threads and the clock: the system's own, or what a browser gives instead.
 //!
 //! Whoever reads a file, starts a thread or asks for the time through this crate does so in a browser too. There, files lie in
-//! memory and the page keeps those below [`fs::KEPT`]; any other file that is written is handed to the person as a download. A thread is a
+//! memory and the page keeps those below `/kept`; any other file that is written is handed to the person as a download. A thread is a
 //! worker on the memory of all. The page's own thread must never sleep: whatever it shares with others it locks by [`lock`].
 //!
 //! ```
