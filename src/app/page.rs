@@ -1,6 +1,6 @@
 //! The window on a web page.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::path::PathBuf;
 
 use eframe::wasm_bindgen::JsValue;
@@ -13,6 +13,8 @@ use super::{App, State, session};
 use sindyscope_system::{browser, fs};
 
 thread_local! {
+    /// True until it was told that the page computes by itself.
+    static LIMITED: Cell<bool> = const { Cell::new(false) };
     static SHOWN: RefCell<(Option<Context>, Option<TreeUpdate>)> = const { RefCell::new((None, None)) };
 }
 
@@ -28,6 +30,9 @@ pub async fn run_on_page(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
     let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         cc.egui_ctx.add_plugin(Describer);
         SHOWN.with_borrow_mut(|shown| shown.0 = Some(cc.egui_ctx.clone()));
+        if !browser::has_workers() {
+            LIMITED.set(true);
+        }
         Ok(Box::new(match session {
             Some(session) => App::revived(&cc.egui_ctx, session, &[]),
             None => App::with_state(&cc.egui_ctx, State::default()),
@@ -79,7 +84,12 @@ pub(super) fn complaints() -> Vec<String> {
     let crashed = browser::crashed().map(|reason| {
         format!("A computation ended by an error of the program itself ({reason}); reload the page: your work is kept")
     });
-    unkept.into_iter().chain(crashed).collect()
+    let limited = LIMITED.take().then(|| {
+        let told = "The browser gives this page one core only, since it came neither by https nor from this computer itself: \
+                    the page stands still while it searches";
+        told.to_owned()
+    });
+    limited.into_iter().chain(unkept).chain(crashed).collect()
 }
 
 /// Files that were dropped on the page, with the paths under which they are kept.

@@ -193,7 +193,7 @@ impl<W: Work> Shared<W> {
         lock(&self.state)
     }
 
-    /// Waits for a job that may begin; none once the window is gone.
+    /// Waits for a job that may begin; none once the window is gone, or where there is no job and a thread must not wait.
     fn take(&self) -> Option<(W::Key, W, W::Memory, Cancel)> {
         let mut state = self.lock();
         loop {
@@ -209,6 +209,10 @@ impl<W: Work> Shared<W> {
                 slot.last = cancel.clone();
                 let memory = std::mem::take(&mut slot.memory);
                 return Some((key, job, memory, cancel));
+            }
+            // The next job that is wanted comes back here.
+            if must_not_wait() {
+                return None;
             }
             state.idle += 1;
             state = self.bell.wait(state).unwrap_or_else(PoisonError::into_inner);

@@ -39,7 +39,7 @@ const HEADERS: [(&str, &str); 5] = [
 /// Options of `serve`.
 #[derive(Debug, Args)]
 pub(super) struct ServeOptions {
-    /// The folder of the page; without it `web` beside the program, or the one that was installed with it
+    /// The folder of the page; without it `page` beside the program, or the one that was installed with it
     folder: Option<PathBuf>,
     /// The port to listen at
     #[arg(long, value_name = "N", default_value_t = 8471)]
@@ -69,7 +69,7 @@ fn announce(server: &Server, address: IpAddr) {
     let mut told = format!("Sindyscope is at http://localhost:{port}/ until you press Ctrl+C\n");
     if !address.is_loopback() {
         told.push_str(
-            "Browsers of other computers open it by https only: put a web server with a certificate before it, or give it the folder\n",
+            "Browsers of other computers let it compute in the background by https only: without, their page stands still while it searches\n",
         );
     }
     // Standard output may be closed; the page is served all the same.
@@ -84,7 +84,7 @@ fn folder(named: Option<&Path>) -> Result<PathBuf, Stop> {
         None => {
             let program = std::env::current_exe().unwrap_or_default();
             let beside = program.parent().unwrap_or(Path::new(".")).to_owned();
-            vec![beside.join("web"), beside.join("../share/sindyscope/web")]
+            vec![beside.join("page"), beside.join("../share/sindyscope/page")]
         }
     };
     let found = places.iter().find(|folder| folder.join(PROGRAM).is_file()).and_then(|f| f.canonicalize().ok());
@@ -93,7 +93,7 @@ fn folder(named: Option<&Path>) -> Result<PathBuf, Stop> {
         let reason = format!("the web page is not in {looked}: there is no {PROGRAM}");
         Failure::new(reason)
             .try_this(
-                "build it with `.ci/web` in Sindyscope's sources, and name its folder: `sindyscope serve target/web`",
+                "build it with `.ci/web` in Sindyscope's sources, and name its folder: `sindyscope serve target/page`",
             )
             .into()
     })

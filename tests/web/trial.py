@@ -48,6 +48,14 @@ class Window:
         shown = sorted({t["text"] for t in self.things()})
         raise SystemExit(f"after {seconds:.0f} s there is no {text!r} on the page, but: {'; '.join(shown)}")
 
+    def gone(self, text, role, seconds):
+        """Waits until there is no such thing any more."""
+        until = time.monotonic() + seconds
+        while self.find(text, role):
+            if time.monotonic() > until:
+                raise SystemExit(f"after {seconds:.0f} s {text!r} is still on the page")
+            time.sleep(0.1)
+
     def place(self, thing):
         """The middle of a thing, in pixels of the page."""
         zoom = self.page.evaluate("sindyscope.described()")["zoom"]
@@ -160,8 +168,14 @@ def trial(page, address, pictures):
     after = window.wait("Segment, typed, samples")["value"]
     assert before != after, f"the slider was dragged and the segment is still {after}"
 
-    # The search, during which the page goes on answering.
+    # A search that is stopped.
     window.press("2")
+    window.click("Find what's missing", "Button")
+    time.sleep(0.7)
+    window.click("Cancel", "Button", seconds=5)
+    window.gone("Cancel", "Button", seconds=2)
+
+    # The search, during which the page goes on answering.
     page.evaluate(AGAIN)
     searched = time.monotonic()
     window.click("Find what's missing", "Button", seconds=60)
@@ -212,6 +226,14 @@ def trial(page, address, pictures):
     window.wait("Lesson: Threshold")
     window.wait(step)
     window.click("Leave", "Button")
+
+    # The virtual rig, in the dark.
+    window.press("3")
+    window.wait("TRUTH BESIDE FOUND")
+    window.click("Rig")
+    page.emulate_media(color_scheme="dark")
+    time.sleep(2)
+    pictures("dark")
     return rows, problems
 
 

@@ -2,7 +2,8 @@
 
 use std::io;
 
-/// Starts a thread. In a browser only the page's own thread can.
+/// Starts a thread. In a browser only the page's own thread can; where the browser gives the page no workers, the task is done there, a little
+/// later.
 ///
 /// # Errors
 /// The system gives no thread more.

@@ -1,31 +1,28 @@
 // What the page does for the program: it starts it, starts workers on its memory, keeps files, and hands files over.
 
-import init, { described, open, page_keeps_not, page_woken } from './sindyscope.js';
+import init, { described, open, page_keeps_not, page_woken, run_task } from './sindyscope.js';
 
 const said = document.getElementById('said');
 const say = text => { said.textContent = text; };
 
 // Memory that workers share is given only to pages that are isolated from others. Where the server does not say so in its headers, a
-// service worker adds them: one reload, at the first visit.
-async function isolated() {
+// service worker adds them: one reload, at the first visit. Where even that is not to be had, as by plain http from another computer, the page
+// computes by itself. True if the page is about to be loaded again.
+async function reloads() {
   if (self.crossOriginIsolated) {
     sessionStorage.removeItem('isolating');
-    return true;
-  }
-  if (!self.isSecureContext || !navigator.serviceWorker) {
-    say('This address is not safe enough for the browser to let a page compute on several cores: serve the folder by https, or from this computer ' +
-      '(sindyscope serve).');
     return false;
   }
-  if (sessionStorage.getItem('isolating')) {
-    say('This browser does not let the page compute on several cores. Another may: Firefox, Chrome or Edge of the last years, without a private window.');
+  if (!navigator.serviceWorker || sessionStorage.getItem('isolating')) return false;
+  try {
+    sessionStorage.setItem('isolating', 'yes');
+    await navigator.serviceWorker.register('isolate.js');
+    await navigator.serviceWorker.ready;
+  } catch {
     return false;
   }
-  sessionStorage.setItem('isolating', 'yes');
-  await navigator.serviceWorker.register('isolate.js');
-  await navigator.serviceWorker.ready;
   location.reload();
-  return false;
+  return true;
 }
 
 // --- files that are kept
@@ -116,10 +113,13 @@ function stopped(text) {
   say(`Sindyscope has stopped by an error of its own (${text}). Reload the page: your work is kept.`);
 }
 
-globalThis.sindyscopeHost = { wake: () => setTimeout(page_woken), spawn, keep, give, pick, stopped };
+const later = task => setTimeout(() => run_task(task));
+const shares = () => self.crossOriginIsolated;
+
+globalThis.sindyscopeHost = { wake: () => setTimeout(page_woken), spawn, later, shares, keep, give, pick, stopped };
 
 async function begin() {
-  if (!(await isolated())) return;
+  if (await reloads()) return;
   const keeping = database().then(async opened => [opened, await keptFiles(opened)]).catch(error => [null, [], error]);
   await init();
   const [opened, kept, error] = await keeping;

@@ -28,6 +28,10 @@ extern "C" {
     fn ask_page();
     /// Starts a worker on this memory that calls `run_task` with the number.
     fn spawn(module: &JsValue, memory: &JsValue, task: u32, name: &str);
+    /// Has the page call `run_task` with the number soon.
+    fn later(task: u32);
+    /// True if the browser lets workers share this memory.
+    fn shares() -> bool;
     /// Keeps a file beyond the page's life, or no longer if there are no bytes.
     fn keep(path: &str, bytes: Option<Uint8Array>);
     /// Hands a file to the person.
@@ -48,6 +52,9 @@ thread_local! {
 /// What a worker that panicked said.
 static CRASHED: Mutex<Option<String>> = Mutex::new(None);
 
+/// True if workers can share this memory.
+static SHARES: AtomicBool = AtomicBool::new(false);
+
 /// True between a wish to wake the page and its waking.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
@@ -56,10 +63,16 @@ pub fn on_page() -> bool {
     ON_PAGE.get()
 }
 
+/// True if there are workers to compute: else the page stands still while it does.
+pub fn has_workers() -> bool {
+    SHARES.load(Ordering::Relaxed)
+}
+
 /// Takes this thread for the page's, with the files that were kept (pairs of a path and bytes), and starts the workers that share
 /// the numerics. To be called first, and once.
 pub fn begin(kept: &Array) {
     ON_PAGE.set(true);
+    SHARES.store(shares(), Ordering::Relaxed);
     files::restore(kept.iter().filter_map(named_bytes));
     workers::share_numerics();
 }
@@ -139,7 +152,7 @@ pub fn page_keeps_not(reason: String) {
     ask_to_wake();
 }
 
-/// What a worker does: a task that was handed in by the page.
+/// What a worker does, or the page itself where there is none: a task that was handed in by the page.
 #[doc(hidden)]
 #[wasm_bindgen]
 pub fn run_task(number: u32) {

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
-use super::on_page;
+use super::{has_workers, on_page};
 use crate::lock;
 
 type Task = Box<dyn FnOnce() + Send>;
@@ -23,6 +23,9 @@ const MOST: usize = 8;
 
 /// Starts a thread, for whatever comes once the numerics can be shared.
 pub(crate) fn spawn(name: &str, task: impl FnOnce() + Send + 'static) -> io::Result<()> {
+    if !has_workers() {
+        return start(name, task);
+    }
     start(name, move || {
         let (ready, bell) = &SHARED;
         let mut ready = ready.lock().unwrap_or_else(PoisonError::into_inner);
@@ -43,6 +46,10 @@ fn start(name: &str, task: impl FnOnce() + Send + 'static) -> io::Result<()> {
     tasks.0.insert(number, Box::new(task));
     tasks.1 += 1;
     drop(tasks);
+    if !has_workers() {
+        super::later(number);
+        return Ok(());
+    }
     super::spawn(&wasm_bindgen::module(), &wasm_bindgen::memory(), number, name);
     Ok(())
 }
@@ -57,6 +64,11 @@ pub(super) fn run(number: u32) {
 
 /// Starts the workers that share the numerics: as many as there are cores but the page's.
 pub(super) fn share_numerics() {
+    if !has_workers() {
+        // It fails only where one stands already.
+        let _ = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+        return;
+    }
     // The standard library knows no number of cores here.
     let cores = js_sys::Reflect::get(&js_sys::global(), &"navigator".into())
         .and_then(|navigator| js_sys::Reflect::get(&navigator, &"hardwareConcurrency".into()))
