@@ -66,7 +66,13 @@ pub(super) fn run(options: &ServeOptions) -> CommandResult {
 
 fn announce(server: &Server, address: IpAddr) {
     let port = server.server_addr().to_ip().map_or(0, |place| place.port());
-    let mut told = format!("Sindyscope is at http://localhost:{port}/ until you press Ctrl+C\n");
+    // This computer's own name is safe to a browser, its number in the network is not.
+    let host = match address {
+        address if address.is_loopback() || address.is_unspecified() => "localhost".to_owned(),
+        IpAddr::V4(address) => address.to_string(),
+        IpAddr::V6(address) => format!("[{address}]"),
+    };
+    let mut told = format!("Sindyscope is at http://{host}:{port}/ until you press Ctrl+C\n");
     if !address.is_loopback() {
         told.push_str(
             "Browsers of other computers let it compute in the background by https only: without, their page stands still while it searches\n",
