@@ -7,4 +7,6 @@
 
 #[cfg(feature = "desktop")]
 pub mod app;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod command;
+mod shell;

@@ -1,7 +1,10 @@
 //! The program: a thin way into the library.
 
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
+#[cfg(not(target_arch = "wasm32"))]
+fn main() -> std::process::ExitCode {
     sindyscope::command::main()
 }
+
+/// A web page begins with the library.
+#[cfg(target_arch = "wasm32")]
+fn main() {}

@@ -233,7 +233,13 @@ impl WindowCommand {
             }
             all.push(command);
         }
+        all.retain(|command| command.is_offered());
         all
+    }
+
+    /// False for what a web page has no use for: paths, and an end.
+    fn is_offered(self) -> bool {
+        !(cfg!(target_arch = "wasm32") && matches!(self, Self::OpenPath | Self::Quit))
     }
 
     /// How the command is shown.
@@ -295,6 +301,9 @@ impl WindowCommand {
 
     /// An entry of a menu; true if it was clicked.
     pub(crate) fn menu(self, ui: &mut Ui, enabled: bool) -> bool {
+        if !self.is_offered() {
+            return false;
+        }
         let spec = self.spec();
         let mut button = egui::Button::new(spec.label);
         if let Some(key) = &spec.key {

@@ -1,18 +1,27 @@
 //! Asking for a file: the system's dialog where there is one, a path to type where there is none.
 
+#[cfg(not(target_arch = "wasm32"))]
+#[path = "dialogs/desktop.rs"]
+mod asking;
+#[cfg(target_arch = "wasm32")]
+#[path = "dialogs/page.rs"]
+mod asking;
+
 use std::future::Future;
 use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context as TaskContext, Poll, Wake, Waker};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::purpose::{PROJECT_ENDING, Purpose, ReportForm};
-use sindyscope_report::document::FigureFormat;
-use sindyscope_report::export::ExportFormat;
+use super::purpose::Purpose;
+use sindyscope_system::time::Instant;
 
 /// A dialog that vanishes faster than this was never seen by a person: the system has none.
 const UNSEEN: Duration = Duration::from_millis(400);
+
+/// The files that will have been chosen; none if none was.
+type Answer = Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>>;
 
 /// A file that a person chose.
 #[derive(Debug)]
@@ -29,7 +38,7 @@ struct OpenDialog {
     /// The name that was offered.
     name: String,
     since: Instant,
-    answer: Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>>,
+    answer: Answer,
 }
 
 /// A path being typed.
@@ -68,60 +77,14 @@ impl Dialogs {
         if !self.native {
             return self.type_path(purpose, name, "");
         }
-        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
-        dialog = match purpose {
-            Purpose::Open | Purpose::Add | Purpose::Locate => {
-                let mut endings: Vec<&str> =
-                    sindyscope_files::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
-                if purpose == Purpose::Open {
-                    endings.push(PROJECT_ENDING);
-                }
-                dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
-            }
-            Purpose::Effects => dialog.add_filter("TOML", &["toml"]).add_filter("All files", &["*"]),
-            Purpose::SaveEffects => dialog.add_filter("TOML", &["toml"]).set_file_name(name),
-            Purpose::Log => dialog.add_filter("Log", &[PROJECT_ENDING]).set_file_name(name),
-            Purpose::Project => dialog.add_filter("Project", &[PROJECT_ENDING]).set_file_name(name),
-            Purpose::Model => {
-                let all = ExportFormat::ALL.map(ExportFormat::ending);
-                let each = |d: rfd::AsyncFileDialog, f: ExportFormat| d.add_filter(f.name(), &[f.ending()]);
-                ExportFormat::ALL.into_iter().fold(dialog.add_filter("Every form", &all), each).set_file_name(name)
-            }
-            Purpose::Plot => {
-                let endings = FigureFormat::ALL.map(FigureFormat::ending);
-                let each = |d: rfd::AsyncFileDialog, e: &str| d.add_filter(e.to_uppercase(), &[e]);
-                endings.into_iter().fold(dialog.add_filter("Figure", &endings), each).set_file_name(name)
-            }
-            Purpose::Window => dialog.add_filter("PNG picture", &["png"]).set_file_name(name),
-            Purpose::Report(saved) => {
-                let (pdf, html) = (("PDF", ["pdf"]), ("Web page", ["html"]));
-                let kinds = if saved == ReportForm::Pdf { [pdf, html] } else { [html, pdf] };
-                kinds.into_iter().fold(dialog, |d, (kind, endings)| d.add_filter(kind, &endings)).set_file_name(name)
-            }
-            Purpose::Table | Purpose::RigRecords | Purpose::RoundRecords | Purpose::Rounds | Purpose::StreamRecord => {
-                dialog.add_filter("Table", &["csv"]).set_file_name(name)
-            }
-        };
-        // In tests there is no window to belong to.
-        if frame.winit_window().is_some() {
-            dialog = dialog.set_parent(frame);
+        match asking::answer(purpose, name, frame) {
+            Some(answer) => self.expect(purpose, name, answer),
+            None => self.type_path(purpose, name, ""),
         }
-        let one = |file: rfd::FileHandle| vec![file.path().to_owned()];
-        // The dialog is made here, on the window's thread, as some systems ask; the answer is awaited from frame to frame.
-        let answer: Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>> = match purpose {
-            Purpose::Open | Purpose::Add => {
-                let files = dialog.pick_files();
-                Box::pin(async move { files.await.map(|files| files.into_iter().flat_map(one).collect()) })
-            }
-            Purpose::Locate | Purpose::Effects => {
-                let file = dialog.pick_file();
-                Box::pin(async move { file.await.map(one) })
-            }
-            _ => {
-                let file = dialog.save_file();
-                Box::pin(async move { file.await.map(one) })
-            }
-        };
+    }
+
+    /// Waits for files that are being chosen or handed in.
+    pub(crate) fn expect(&mut self, purpose: Purpose, name: &str, answer: Answer) {
         self.open = Some(OpenDialog { purpose, name: name.to_owned(), since: Instant::now(), answer });
     }
 
@@ -152,7 +115,7 @@ impl Dialogs {
                 let asked = paths.first().cloned();
                 Some(Chosen { purpose, paths, asked })
             }
-            None if since.elapsed() < UNSEEN => {
+            None if asking::MAY_BE_ABSENT && since.elapsed() < UNSEEN => {
                 self.native = false;
                 self.type_path(purpose, &name, "This system has no file dialog");
                 None

@@ -17,6 +17,10 @@ use sindyscope_files::{MeasuredFile, ReadError};
 /// # Errors
 /// The folder cannot be made or written to; the old file is as it was.
 pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
+    // A browser's files are written whole.
+    if cfg!(target_arch = "wasm32") {
+        return sindyscope_system::fs::write(path, text);
+    }
     static COUNT: AtomicU64 = AtomicU64::new(0);
     // A link stays a link: what it points to is replaced.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());

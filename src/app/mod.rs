@@ -9,6 +9,8 @@ mod commands;
 mod component;
 mod cutter;
 mod derived;
+#[cfg(not(target_arch = "wasm32"))]
+mod desktop;
 mod dialogs;
 mod disk;
 mod figure_panel;
@@ -24,6 +26,8 @@ mod moved;
 mod notices;
 mod open;
 mod overlay;
+#[cfg(target_arch = "wasm32")]
+mod page;
 mod panel;
 pub mod plot;
 mod problem;
@@ -52,53 +56,22 @@ mod welcome;
 mod widgets;
 mod window;
 
-use std::path::PathBuf;
-
+// What is around the window: a desktop or a page.
+#[cfg(not(target_arch = "wasm32"))]
+use desktop as around;
+#[cfg(not(target_arch = "wasm32"))]
+pub use desktop::{AppError, run};
+#[cfg(target_arch = "wasm32")]
+use page as around;
+#[cfg(target_arch = "wasm32")]
+pub use page::{described, run_on_page};
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) use project::is_project_file as is_project;
 pub use replay::{Replayed, replay};
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) use report::headless::project as report_of_project;
 pub use state::{
     Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress,
     OwnEffects, Pin, RigState, Sample, Shown, Source, State, StreamForm, Walk, WalkView,
 };
 pub use window::App;
-
-/// Why the window cannot be opened, in one sentence.
-#[derive(Debug, thiserror::Error)]
-pub enum AppError {
-    /// No display, or one that cannot draw.
-    #[error("{0}")]
-    Display(String),
-}
-
-/// Opens the window, with files in it or else as it was left; returns once it is closed. What is done is kept in the log as it
-/// goes, if one is named.
-///
-/// # Errors
-/// The window cannot be opened: there is no display, or none that can draw.
-pub fn run(files: Vec<PathBuf>, log: Option<PathBuf>) -> Result<(), AppError> {
-    let mut viewport = egui::ViewportBuilder::default()
-        .with_title("Sindyscope")
-        .with_app_id(session::APP_ID)
-        .with_inner_size([1280.0, 800.0])
-        .with_min_inner_size([960.0, 600.0])
-        .with_drag_and_drop(true);
-    if let Ok(icon) = eframe::icon_data::from_png_bytes(include_bytes!("../../assets/icon.png")) {
-        viewport = viewport.with_icon(icon);
-    }
-    let options = eframe::NativeOptions { viewport, ..Default::default() };
-    let create = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
-        let app = match session::file() {
-            Some(session) => App::revived(&cc.egui_ctx, session, &files),
-            // A system without a folder for the app: nothing outlasts the window but saved projects.
-            None => App::with_state(&cc.egui_ctx, State::default().with_files(&files)),
-        };
-        Ok(Box::new(app.with_log(log)))
-    };
-    eframe::run_native("Sindyscope", options, Box::new(create)).map_err(|e| {
-        // What the system says begins with places in other programs' sources; its last words name the reason.
-        let text = e.to_string();
-        let reason = text.lines().next().and_then(|line| line.rsplit(": ").next()).unwrap_or("no reason given");
-        AppError::Display(format!("the display does not answer ({reason})"))
-    })
-}

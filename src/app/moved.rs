@@ -33,7 +33,7 @@ pub(crate) fn load(
         let (name, sum) = (file_name(path), known.checksums.get(path).filter(|sum| !sum.is_empty()));
         let (place, file) = match files.take(path) {
             Ok(file) => (path.clone(), file),
-            Err(_) if !path.exists() => {
+            Err(_) if !sindyscope_system::fs::exists(path) => {
                 let found = known.elsewhere(path, sum, files).ok_or_else(|| gone(path))?;
                 notes.push(format!("{name} was found in {}", folder(&found.0)));
                 found

@@ -91,7 +91,7 @@ pub(crate) struct Refused {
 pub(crate) fn open(opening: Opening, cancel: &Cancel) -> Result<Opened, Box<Refused>> {
     try_open(opening.clone(), cancel).map_err(|problem| {
         let gone = match &opening.document.source {
-            Source::Files(files) => files.iter().filter(|file| !file.exists()).cloned().collect(),
+            Source::Files(files) => files.iter().filter(|file| !sindyscope_system::fs::exists(file)).cloned().collect(),
             _ => Vec::new(),
         };
         Box::new(Refused { opening, problem, gone })

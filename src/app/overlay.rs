@@ -5,6 +5,10 @@ use egui::{Align2, Color32, Context, FontId, Id, Key, LayerId, Order, Stroke, St
 use super::dialogs::{Chosen, Dialogs, PathField};
 use super::theme;
 
+/// What the field for a path is called, and what it says while it is empty: in a browser a file has no more than a name.
+const FIELD: (&str, &str) =
+    if cfg!(target_arch = "wasm32") { ("Name", "name of the file") } else { ("Path", "path of the file") };
+
 /// Covers the window while a file is held over it.
 pub(crate) fn drop_zone(ctx: &Context) {
     let held = ctx.input(|i| i.raw.hovered_files.len());
@@ -36,9 +40,8 @@ pub(crate) fn path_field(ctx: &Context, dialogs: &mut Dialogs) -> Option<Chosen>
                 ui.weak(format!("{}: type or paste a path", field.reason));
             }
             ui.horizontal(|ui| {
-                let edit =
-                    egui::TextEdit::singleline(&mut field.text).hint_text("path of the file").desired_width(420.0);
-                let response = ui.add(edit).accessible_name("Path");
+                let edit = egui::TextEdit::singleline(&mut field.text).hint_text(FIELD.1).desired_width(420.0);
+                let response = ui.add(edit).accessible_name(FIELD.0);
                 if field.fresh {
                     response.request_focus();
                     field.fresh = false;

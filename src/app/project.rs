@@ -94,8 +94,9 @@ pub(crate) fn is_project(path: &Path, bytes: Option<&[u8]>) -> bool {
 }
 
 /// True if the file of this path is a project.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn is_project_file(path: &Path) -> bool {
-    is_project(path, std::fs::read(path).ok().as_deref())
+    is_project(path, sindyscope_system::fs::read(path).ok().as_deref())
 }
 
 #[cfg(test)]

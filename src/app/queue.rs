@@ -9,10 +9,12 @@ use std::hash::Hash;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use sindyscope_core::study::Cancel;
+use sindyscope_system::thread::must_not_wait;
+use sindyscope_system::time::Instant;
+use sindyscope_system::{lock, thread};
 
 /// How long a run may take before a newer job of its key stops it. A shorter run is left to end, so that while a slider is
 /// dragged the window keeps showing new results instead of none.
@@ -188,10 +190,10 @@ impl<W: Work> QueueState<W> {
 
 impl<W: Work> Shared<W> {
     fn lock(&self) -> MutexGuard<'_, QueueState<W>> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 
-    /// Waits for a job that may begin; none once the window is gone.
+    /// Waits for a job that may begin; none once the window is gone, or where there is no job and a thread must not wait.
     fn take(&self) -> Option<(W::Key, W, W::Memory, Cancel)> {
         let mut state = self.lock();
         loop {
@@ -207,6 +209,10 @@ impl<W: Work> Shared<W> {
                 slot.last = cancel.clone();
                 let memory = std::mem::take(&mut slot.memory);
                 return Some((key, job, memory, cancel));
+            }
+            // The next job that is wanted comes back here.
+            if must_not_wait() {
+                return None;
             }
             state.idle += 1;
             state = self.bell.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -287,8 +293,8 @@ impl<W: Work> Queue<W> {
     fn hire(&self, mut state: MutexGuard<'_, QueueState<W>>) {
         let shared = Arc::clone(&self.shared);
         let name = format!("job {}", state.threads + 1);
-        match thread::Builder::new().name(name).spawn(move || shared.serve()) {
-            Ok(_) => state.threads += 1,
+        match thread::spawn(name, move || shared.serve()) {
+            Ok(()) => state.threads += 1,
             // Those that there are take it in time.
             Err(_) if state.threads > 0 => {}
             Err(error) => {
@@ -341,15 +347,15 @@ impl<W: Work> Queue<W> {
         state.undelivered > 0 || state.slots.values().any(|slot| slot.running.is_some() || slot.waiting.is_some())
     }
 
-    /// Waits for the job of a key to end, but not for longer than this.
+    /// Waits for the job of a key to end, but not for longer than this, and not at all where a thread must not wait.
     pub(crate) fn finish(&self, key: &W::Key, patience: Duration) {
         let until = Instant::now() + patience;
         let goes_on = || {
             let state = self.shared.lock();
             state.slots.get(key).is_some_and(|slot| slot.running.is_some() || slot.waiting.is_some())
         };
-        while goes_on() && Instant::now() < until {
-            thread::sleep(Duration::from_millis(2));
+        while goes_on() && Instant::now() < until && !must_not_wait() {
+            std::thread::sleep(Duration::from_millis(2));
         }
     }
 }
@@ -368,6 +374,8 @@ impl<W: Work> Drop for Queue<W> {
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+
     use super::*;
 
     /// Squares a number, in so long a time; counts the squares of its key.

@@ -1,6 +1,6 @@
 //! Doing again what a log holds, without a window.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -8,6 +8,7 @@ use super::log::Log;
 use super::program::WindowProgram;
 use super::state::State;
 use super::update::FrameTime;
+use sindyscope_system::time::Instant;
 
 /// How long a replay waits for the background work after each message.
 const PATIENCE: Duration = Duration::from_secs(900);

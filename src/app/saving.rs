@@ -1,6 +1,5 @@
 //! Everything that is saved to a file that a person chose.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +17,7 @@ use super::views::{self, MapProgress, Picture, Seen, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export;
+use sindyscope_system::fs;
 use sindyscope_values::record::Record;
 
 /// What is saved, and where.
@@ -91,7 +91,7 @@ impl Saving {
     /// It cannot be written, in one sentence.
     pub(crate) fn run(self) -> Result<SaveResult, String> {
         let Self { path, purpose, replaces, content } = self;
-        if !replaces && path.exists() {
+        if !replaces && fs::exists(&path) {
             return Ok(SaveResult::Taken { purpose, path });
         }
         let written = match content {

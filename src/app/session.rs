@@ -1,7 +1,6 @@
 //! The session: all that a person has decided, written to the app's folder whenever it has changed, so that a window
 //! that was killed comes back as it was.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,12 +8,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::state::State;
+use sindyscope_system::fs;
 
 /// The format that this program writes; a higher one is from a newer program. In the first, the document's parts stood side by
 /// side with what is in view.
 const VERSION: u32 = 2;
 
 /// The window's name to the system: where its state is kept, and which icon it has in a task bar.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) const APP_ID: &str = "sindyscope";
 
 /// How often at most the state is looked at, s.
@@ -26,8 +27,11 @@ pub(crate) const AT_ONCE: Duration = Duration::from_millis(100);
 /// How long a window that closes waits for the last write.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The file of the session in this system's folder for the app, if it has one.
+/// The file of the session in this system's folder for the app, if it has one; in a browser among what the page keeps.
 pub(crate) fn file() -> Option<PathBuf> {
+    #[cfg(target_arch = "wasm32")]
+    return Some(Path::new(fs::KEPT).join("session.json"));
+    #[cfg(not(target_arch = "wasm32"))]
     eframe::storage_dir(APP_ID).map(|folder| folder.join("session.json"))
 }
 
@@ -94,6 +98,8 @@ impl Keeper {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::app::disk;
     use crate::app::state::Source;

@@ -30,11 +30,12 @@ use super::saving::{SaveResult, SavedContent, Saving};
 use super::session::{self, Keeper};
 use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
-use super::{help, modal, overlay, report, theme};
+use super::{around, help, modal, overlay, report, theme};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_modes::{BaseModel, ModalAnalysis};
 use sindyscope_search::{Diagnosis, Stage};
+use sindyscope_system::thread;
 use sindyscope_values::record::RecordSet;
 
 /// A picture of the window, where it goes, and whether it may replace a file.
@@ -84,7 +85,7 @@ impl App {
         theme::install(ctx);
         let wake = ctx.clone();
         let app = Self {
-            program: WindowProgram::new(state, move || wake.request_repaint()),
+            program: WindowProgram::new(state, thread::waker(move || wake.request_repaint())),
             keeper: None,
             log_file: None,
             dialogs: Dialogs::new(true),
@@ -241,10 +242,14 @@ impl App {
 
     /// Opens what was dropped on the window.
     fn dropped(&mut self, ctx: &Context) {
-        let files: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
-        if !files.is_empty() {
-            self.open(files);
+        let files = ctx.input(|i| i.raw.dropped_files.clone());
+        if files.is_empty() {
+            return;
         }
+        #[cfg(target_arch = "wasm32")]
+        self.dialogs.expect(Purpose::Open, "", Box::pin(around::received(files)));
+        #[cfg(not(target_arch = "wasm32"))]
+        self.open(files.iter().map(|file| file.path().to_owned()).collect());
     }
 
     fn set_title(&mut self, ctx: &Context) {
@@ -255,7 +260,7 @@ impl App {
             (None, false) => format!("{} – Sindyscope", records.title),
         };
         if title != self.title {
-            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            around::set_title(ctx, &title);
             self.title = title;
         }
     }
@@ -310,6 +315,7 @@ impl eframe::App for App {
         if let Some(chosen) = self.dialogs.chosen(ctx) {
             self.chosen(ctx, chosen);
         }
+        around::complaints().into_iter().for_each(|told| self.program.derived.notices.error(told));
         self.set_title(ctx);
         if let Some(wait) = self.program.derived.records.fade(clock.held, clock.now) {
             ctx.request_repaint_after_secs(wait as f32);

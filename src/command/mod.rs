@@ -15,7 +15,8 @@ mod progress;
 mod report;
 mod request;
 mod series;
-pub(crate) mod shell;
+mod serve;
+mod shell;
 mod source;
 mod table;
 mod watch;
@@ -73,6 +74,8 @@ enum Command {
     Effects(effects::EffectsOptions),
     /// Make a record of the virtual test rig, whose equation of motion is known
     Generate(generate::GenerateOptions),
+    /// Hand the window out as a web page, to this computer's browser or a class's
+    Serve(serve::ServeOptions),
 }
 
 /// What a command leaves for standard output.
@@ -102,6 +105,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err:
             (Some(Command::Inspect(options)), progress) => inspect::run(&options, &progress),
             (Some(Command::Effects(options)), _) => effects::run(&options),
             (Some(Command::Generate(options)), progress) => generate::run(&options, &progress),
+            (Some(Command::Serve(options)), _) => serve::run(&options),
         },
     };
     match result {

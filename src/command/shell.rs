@@ -1,20 +1,10 @@
-//! Commands as they are typed into a shell.
+//! Paths as they are typed into a shell.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// An argument as a shell takes it.
-pub(crate) fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,+:@%^".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
-}
-
 /// A path as it is typed from a folder; of another drive, as it is.
-pub(crate) fn seen_from(folder: &Path, path: &Path) -> PathBuf {
+pub(super) fn seen_from(folder: &Path, path: &Path) -> PathBuf {
     if path.is_relative() {
         return path.to_owned();
     }

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::error::Error;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
-use super::shell::{quoted, seen_from};
+use super::shell::seen_from;
 use super::table;
+use crate::shell::quoted;
 use sindyscope_analysis::source::{PREPARATION, Preparing, READING, Reading, RecordSource};
 
 /// The options of [`Reading`].

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
-use super::shell::quoted;
+use crate::shell::quoted;
 use sindyscope_core::setting::{Given, Said, Setting, SettingForm, told};
 
 /// A command with an option for each row of a table.

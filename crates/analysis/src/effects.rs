@@ -76,7 +76,7 @@ pub fn of_file(path: &Path) -> Result<Vec<OwnEffect>, AnalysisError> {
 /// # Errors
 /// The file cannot be read.
 pub fn text_of_file(path: &Path) -> Result<String, AnalysisError> {
-    std::fs::read_to_string(path).map_err(|e| {
+    sindyscope_system::fs::read_to_string(path).map_err(|e| {
         let problem = match e.kind() {
             std::io::ErrorKind::InvalidData => "it is no text".to_owned(),
             std::io::ErrorKind::NotFound => "there is no such file".to_owned(),

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch {
     #[cfg(feature = "runtime")]
-    started: std::time::Instant,
+    started: sindyscope_system::time::Instant,
 }
 
 impl Stopwatch {
@@ -12,7 +12,7 @@ impl Stopwatch {
     pub fn start() -> Self {
         Self {
             #[cfg(feature = "runtime")]
-            started: std::time::Instant::now(),
+            started: sindyscope_system::time::Instant::now(),
         }
     }
 

@@ -5,6 +5,14 @@
 
 #[cfg(feature = "runtime")]
 pub use rayon::{join, prelude};
+#[cfg(feature = "runtime")]
+pub use sindyscope_system::lock;
+
+/// Locks what nobody else can hold.
+#[cfg(not(feature = "runtime"))]
+pub fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
 
 /// Runs both and returns both results.
 #[cfg(not(feature = "runtime"))]

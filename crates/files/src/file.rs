@@ -61,7 +61,7 @@ impl MeasuredFile {
     /// The file cannot be opened or read.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path)
+        let bytes = sindyscope_system::fs::read(path)
             .map_err(|error| ReadError::new(path.display().to_string(), ReadProblem::Open(error.to_string())))?;
         Ok(Self { path: Some(path.to_owned()), ..Self::from_bytes(path, bytes) })
     }

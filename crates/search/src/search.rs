@@ -1,5 +1,5 @@
 use std::collections::{BTreeMap, HashMap};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::audit::Audit;
 use super::columns::Path;
@@ -19,6 +19,7 @@ use super::screen::Motion;
 use super::site::Placed;
 use super::structure::{Composition, choice};
 use super::words::titles;
+use sindyscope_core::parallel::lock;
 use sindyscope_core::refine::{Structure as _, inflation};
 use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
@@ -217,18 +218,18 @@ impl Search {
     pub(super) fn known(&self, choices: &[Choice]) -> Option<Arc<Fitted>> {
         let mut choices = choices.to_vec();
         choices.sort();
-        self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&choices).cloned()
+        lock(&self.known).get(&choices).cloned()
     }
 
     pub(super) fn keep(&self, fitted: Arc<Fitted>) {
         let mut choices = fitted.composition.choices();
         choices.sort();
-        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(choices, fitted);
+        lock(&self.known).insert(choices, fitted);
     }
 
     /// Every model that was fitted, the smaller sets of effects first.
     pub(super) fn every_fit(&self) -> Vec<Arc<Fitted>> {
-        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock(&self.known);
         let mut all: Vec<_> = known.iter().collect();
         all.sort_by(|a, b| a.0.len().cmp(&b.0.len()).then_with(|| a.0.cmp(b.0)));
         all.into_iter().map(|(_, fitted)| Arc::clone(fitted)).collect()

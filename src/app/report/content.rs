@@ -7,7 +7,7 @@ use crate::app::component::ComponentRoom;
 use crate::app::modal::ModalRoom;
 use crate::app::records::OpenRecords;
 use crate::app::state::Edit;
-use crate::command::shell::quoted;
+use crate::shell::quoted;
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
 use sindyscope_core::study::Outcome;
 use sindyscope_modes::{BaseModel, ModalAnalysis, StructureDiagnosis};

@@ -5,6 +5,7 @@
 
 mod content;
 mod contents;
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) mod headless;
 mod pages;
 

@@ -1,6 +1,5 @@
 //! Records of the room as files.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
@@ -10,6 +9,7 @@ use super::sets;
 use crate::app::state::ClassCase;
 use sindyscope_files::write_csv;
 use sindyscope_rig::hidden::draw;
+use sindyscope_system::fs;
 use sindyscope_values::record::Record;
 
 /// Writes the rig's records, and the truth beside them.

@@ -9,7 +9,7 @@ use crate::app::purpose::Purpose;
 use crate::app::saving::SaveResult;
 use crate::app::state::{ClassRound, State};
 use crate::app::stream::StreamAct;
-use crate::command::shell::quoted;
+use crate::shell::quoted;
 
 /// The time, and whether the pointer holds something: what was changed is shown for a while after it was let go.
 #[derive(Clone, Copy, Debug, Default)]

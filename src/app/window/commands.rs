@@ -22,6 +22,7 @@ use crate::app::saving::{SavedContent, Saving, ViewPicture};
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
 use sindyscope_report::export::ExportFormat;
+use sindyscope_system::time::{SystemTime, UNIX_EPOCH};
 use sindyscope_values::format::equations;
 
 /// How large everything is drawn, in the steps of *Larger text*.
@@ -39,7 +40,7 @@ impl App {
             WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
             WindowCommand::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
             WindowCommand::Demonstration => {
-                let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+                let now = SystemTime::now().duration_since(UNIX_EPOCH);
                 let seed = now.map_or(1, |d| d.as_micros() as u64);
                 self.program.send(Message::OpenSource(Source::Hidden(seed)));
             }

@@ -1,9 +1,10 @@
 //! What records tell before any smoothing: noise and main period.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 use super::noise::standard_deviation;
 use super::spectrum::main_period;
+use crate::parallel::lock;
 use sindyscope_values::record::{Record, Role};
 use sindyscope_values::term::Layout;
 
@@ -31,7 +32,7 @@ impl SignalFacts {
     pub fn cached(record: &Arc<Record>, layout: &Layout) -> Arc<Self> {
         let same = |(of, with, _): &&KnownFacts| std::ptr::eq(of.as_ptr(), Arc::as_ptr(record)) && with == layout;
         // What a thread that panicked left is whole: entries come and go at once.
-        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || lock(&KNOWN);
         if let Some((.., facts)) = known().iter().find(same) {
             return Arc::clone(facts);
         }

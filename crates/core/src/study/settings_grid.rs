@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use crate::parallel::lock;
 use crate::parallel::prelude::*;
 
 use super::choose::{self, SettingsTrial, bearable, period_samples};
@@ -239,10 +240,6 @@ pub fn settings_grid(
         })?;
     }
     Ok(map.into_inner().unwrap_or_else(PoisonError::into_inner))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Finds the cells of every `stride`-th threshold.

@@ -116,7 +116,8 @@ impl Report<'_> {
             DocumentFormat::Pdf => self.pdf()?,
             DocumentFormat::Png => self.png()?,
         };
-        std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+        sindyscope_system::fs::write(path, bytes)
+            .map_err(|source| ReportError::Write { path: path.display().to_string(), source })
     }
 
     fn compose(&self, room: &FigureLimits) -> ComposedDocument {
@@ -145,7 +146,8 @@ fn write_blocks(path: &Path, title: &str, paper: Paper, blocks: &[content::Block
             fonts.png(&page::sheet(blocks, &fonts), page::SCALE)?
         }
     };
-    std::fs::write(path, bytes).map_err(|source| ReportError::Write { path: path.display().to_string(), source })
+    sindyscope_system::fs::write(path, bytes)
+        .map_err(|source| ReportError::Write { path: path.display().to_string(), source })
 }
 
 /// A page of a report as pixels: `width` × `height`, four bytes each, red first, opacity last and multiplied into the others.

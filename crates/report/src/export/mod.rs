@@ -279,7 +279,8 @@ pub fn write(outcome: &Outcome, path: &Path) -> Result<Vec<PathBuf>, ExportError
     let format = ExportFormat::of(path)?;
     let stem = stem(path);
     let save = |path: &Path, text: String| {
-        std::fs::write(path, text).map_err(|source| ExportError::Write { path: path.display().to_string(), source })
+        sindyscope_system::fs::write(path, text)
+            .map_err(|source| ExportError::Write { path: path.display().to_string(), source })
     };
     save(path, Export::of(outcome).text(format, &stem)?)?;
     let mut written = vec![path.to_owned()];

@@ -1,7 +1,7 @@
 //! Effects that the user adds to the catalogue: terms as one writes them, with quantities inside that have bounds.
 
 use std::collections::BTreeSet;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,7 @@ use super::{
 use crate::guide::guide;
 use crate::site::Site;
 use crate::words::sentence_case;
+use sindyscope_core::parallel::lock;
 use sindyscope_values::model::Equation;
 use sindyscope_values::record::{parse_unit, unit_factors};
 use sindyscope_values::term::{Expression, Function, Symbol, Term};
@@ -517,7 +518,7 @@ fn in_units(unit: &str, records: &[&str]) -> (String, f64) {
 /// read again.
 fn kept(text: &str) -> &'static str {
     static KEPT: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut all = lock(&KEPT);
     if let Some(known) = all.get(text) {
         return known;
     }
@@ -530,7 +531,7 @@ fn kept(text: &str) -> &'static str {
 fn kept_list(texts: &[String]) -> &'static [&'static str] {
     static KEPT: Mutex<BTreeSet<&'static [&'static str]>> = Mutex::new(BTreeSet::new());
     let list: Vec<&'static str> = texts.iter().map(|text| kept(text)).collect();
-    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut all = lock(&KEPT);
     if let Some(known) = all.get(list.as_slice()) {
         return known;
     }
