@@ -9,7 +9,7 @@ use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HOLDS, HOPELESS,
-    HOPELESS_NOISES, KEPT, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT,
+    HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT,
     NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH,
     WHOLE_STEPS, WRONG_COUPLING,
 };
@@ -37,7 +37,8 @@ pub struct StructureDiagnosis {
     pub found: Option<FoundForce>,
     /// True if what is left on data never fitted is noise.
     pub explained: bool,
-    /// RMS of what the model leaves on data never fitted over that of the noise.
+    /// RMS of what the model leaves on data never fitted over that of the noise, or over half a per cent of the motion where the noise
+    /// is less.
     pub noises: f64,
     /// What the linear model and the one at the end leave of the data that neither was fitted to.
     pub unseen: Vec<UnseenRecord>,
@@ -191,7 +192,7 @@ fn noise(split: &Split) -> f64 {
 /// RMS of the noise over several series.
 fn noise_of<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
     let all: Vec<f64> = series.filter_map(|y| standard_deviation(y)).collect();
-    (all.iter().map(|n| n * n).sum::<f64>() / all.len().max(1) as f64).sqrt().max(1e-9)
+    (all.iter().map(|n| n * n).sum::<f64>() / all.len().max(1) as f64).sqrt().max(LEAST_ERROR)
 }
 
 struct ForceSearch<'a> {

@@ -7,8 +7,8 @@ use nalgebra::{Complex, DMatrix};
 use super::error::ModesError;
 use super::judge::{Residuals, beats};
 use super::limits::{
-    CHOICE_ROWS, HELD_OUT, LAST_POLE_STEPS, MODE_GAIN, MOST_MODES, PATIENCE, POLE_RATES, POLE_STEPS, POOL_DISTANCE,
-    SAME_POLE,
+    CHOICE_ROWS, HELD_OUT, LAST_POLE_STEPS, LEAST_ERROR, MODE_GAIN, MOST_MODES, PATIENCE, POLE_RATES, POLE_STEPS,
+    POOL_DISTANCE, SAME_POLE,
 };
 use super::linear::{ForceSeries, LinearFit, Pool, Task};
 use super::measurement::{Measurement, Sensor, Series};
@@ -148,7 +148,8 @@ pub(crate) fn path(
         } else {
             idle += 1;
         }
-        if request.modes.is_none() && idle > PATIENCE {
+        let exact = steps[chosen].residuals.unseen_rms() < LEAST_ERROR;
+        if request.modes.is_none() && (exact || idle > PATIENCE) {
             break;
         }
     }

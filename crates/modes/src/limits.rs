@@ -10,6 +10,9 @@ use std::ops::RangeInclusive;
 /// Least gain of a further mode: share of the error on data never fitted, beside the lead that every name needs. Below
 /// it a mode is lost in the scatter of the estimate of that error.
 pub(crate) const MODE_GAIN: f64 = 0.01;
+/// Error, as a share of the sensors' RMS, that is no noise's but the model's own: its shapes are real, which they are not quite where
+/// damping is not in proportion to mass and stiffness. What is left below it asks for no further mode and for no force.
+pub(crate) const LEAST_ERROR: f64 = 5e-3;
 /// Error of the linear model, in noises, up to which nothing is missing: as the search for missing effects has it.
 pub(crate) const NOTHING_MISSING: f64 = 1.06;
 /// Error of a force, in noises, up to which it explains the data: no further start, and no rival far behind, is tried.

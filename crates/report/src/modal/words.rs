@@ -25,7 +25,9 @@ pub fn force_term(effect: Effect, site: Site, sensors: &[Sensor]) -> String {
 /// What is left once all is found, as a part of a sentence.
 pub fn remaining(found: &StructureDiagnosis) -> String {
     let noises = significant(found.noises, 3);
-    if found.explained {
+    if found.explained && found.noises < 1.0 {
+        "what is left on data never fitted is no more than the noise, or half a per cent of the motion".to_owned()
+    } else if found.explained {
         format!("what is left on data never fitted is {noises} times the noise")
     } else {
         format!(
