@@ -22,7 +22,7 @@ use sindyscope_report::document::{FigureFormat, FigureSize};
 use sindyscope_values::format::equations::is_kinematic;
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::shown::ShownUnits;
-use sindyscope_values::term::Layout;
+use sindyscope_values::term::Symbol;
 
 /// Options of `watch`.
 #[derive(Clone, Debug)]
@@ -161,7 +161,6 @@ pub(super) fn run(options: &WatchOptions, progress: &ProgressLine, out: &mut imp
 }
 
 /// Sets the flag at the first interrupt; a second one ends the program as it would otherwise.
-#[cfg(not(target_arch = "wasm32"))]
 fn interrupted(cancel: &Cancel) {
     let cancel = cancel.clone();
     // Where there is a handler already, as in tests that run commands in one process, an interrupt ends the program.
@@ -172,10 +171,6 @@ fn interrupted(cancel: &Cancel) {
         cancel.cancel();
     });
 }
-
-/// Nothing interrupts a browser's page.
-#[cfg(target_arch = "wasm32")]
-fn interrupted(_: &Cancel) {}
 
 /// What is printed, and written to a table.
 struct Printer<'a, W: Write> {
@@ -216,9 +211,6 @@ impl<'a, W: Write> Printer<'a, W> {
                 WatchEvent::Notice(text) => self.notice(&text)?,
                 WatchEvent::Settled(settled) => {
                     let words = settled_words(&settled);
-                    if let Some(table) = &mut self.table {
-                        table.head(&settled)?;
-                    }
                     self.settled = Some(settled);
                     self.notice(&words)?
                 }
@@ -234,8 +226,8 @@ impl<'a, W: Write> Printer<'a, W> {
     fn update(&mut self, update: &StreamUpdate) -> Result<bool, Failure> {
         let raised = update.change == Some(AlarmChange::Raised);
         self.alarms += usize::from(raised);
-        if let Some(table) = &mut self.table {
-            table.row(update)?;
+        if let (Some(table), Some(settled)) = (&mut self.table, &self.settled) {
+            table.row(update, settled)?;
         }
         if self.options.picture.is_some() {
             self.updates.push(update.clone());
@@ -324,46 +316,46 @@ fn equations(update: &StreamUpdate) -> String {
 /// The coefficients over time as CSV.
 struct Table {
     path: PathBuf,
-    file: std::fs::File,
-    /// The library, in the order of the columns, and the states whose rates are identified.
-    terms: Vec<sindyscope_values::term::Term>,
-    layout: Layout,
+    csv: csv::Writer<std::fs::File>,
+    /// The states whose rates are identified, once the first row has told; a column of each term for each.
+    states: Option<Vec<Symbol>>,
 }
 
 impl Table {
     fn new(path: &Path) -> Result<Self, Failure> {
         let file = std::fs::File::create(path).map_err(|e| Failure::writing(path, &e))?;
-        Ok(Self { path: path.to_owned(), file, terms: Vec::new(), layout: Layout::default() })
+        Ok(Self { path: path.to_owned(), csv: csv::Writer::from_writer(file), states: None })
     }
 
     fn write(&mut self, cells: &[String]) -> Result<(), Failure> {
-        let line = cells.join(",") + "\n";
-        self.file.write_all(line.as_bytes()).map_err(|e| Failure::writing(&self.path, &e))
+        // Whoever follows the table sees each row as it comes.
+        let written = self.csv.write_record(cells).map_err(std::io::Error::from).and_then(|()| self.csv.flush());
+        written.map_err(|e| Failure::writing(&self.path, &e))
     }
 
-    fn head(&mut self, settled: &Settled) -> Result<(), Failure> {
-        self.layout = settled.opening.layout(settled.settings.kind);
-        self.terms.clone_from(&settled.settings.terms);
-        for term in settled.settings.locks.keys() {
-            if !self.terms.contains(term) {
-                self.terms.push(term.clone());
+    fn row(&mut self, update: &StreamUpdate, settled: &Settled) -> Result<(), Failure> {
+        let model = &update.model;
+        let states = match &self.states {
+            Some(states) => states.clone(),
+            None => {
+                let fitted = model.iter().filter(|(state, equation)| !is_kinematic(model, *state, equation));
+                let states: Vec<Symbol> = fitted.map(|(state, _)| state).collect();
+                let columns = states.iter().flat_map(|state| {
+                    settled.library.iter().flat_map(|term| {
+                        let name = format!("d{}/dt {}", model.layout.name(*state), term.text(&model.layout));
+                        let error = format!("{name} std_error");
+                        [name, error]
+                    })
+                });
+                let ends = ["residual_ratio".to_owned(), "alarm".to_owned()];
+                let head: Vec<String> = std::iter::once("time".to_owned()).chain(columns).chain(ends).collect();
+                self.write(&head)?;
+                self.states.insert(states).clone()
             }
-        }
-        let mut cells = vec!["time".to_owned()];
-        for state in self.layout.state_symbols() {
-            for term in &self.terms {
-                let name = format!("d{}/dt {}", self.layout.name(state), term.text(&self.layout));
-                cells.extend([name.clone(), format!("{name} std_error")]);
-            }
-        }
-        cells.extend(["residual_ratio".to_owned(), "alarm".to_owned()]);
-        self.write(&cells)
-    }
-
-    fn row(&mut self, update: &StreamUpdate) -> Result<(), Failure> {
+        };
         let mut cells = vec![update.time.to_string()];
-        for (_, equation) in update.model.iter() {
-            for term in &self.terms {
+        for (_, equation) in model.iter().filter(|(state, _)| states.contains(state)) {
+            for term in &settled.library {
                 let found = equation.terms.iter().find(|t| t.term == *term);
                 cells.push(found.map_or("0".into(), |t| t.coefficient.to_string()));
                 cells.push(found.and_then(|t| t.std_error).map_or_else(String::new, |e| e.to_string()));

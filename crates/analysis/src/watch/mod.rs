@@ -26,6 +26,7 @@ use sindyscope_core::setting::{Setting, SettingForm, change, positive};
 use sindyscope_core::study::{Blocking, Cancel, Settings, Stream, StreamSettings, StreamUpdate, StudyError};
 use sindyscope_files::{ArrivedRow, ArrivingRows};
 use sindyscope_values::record::{Channel, Record, RecordSet, Usage};
+use sindyscope_values::term::Term;
 pub use words::{alarm_words, cleared_words, settled_words, summary_words};
 
 /// How a stream is watched.
@@ -113,6 +114,8 @@ pub struct Settled {
     pub settings: Settings,
     /// How those that were not given were chosen.
     pub choice: Option<String>,
+    /// The terms that each equation is made of, those that were dropped among them.
+    pub library: Vec<Term>,
     /// The stretch that they were chosen from.
     pub opening: Record,
     /// How the stream is parted into blocks.
@@ -360,6 +363,7 @@ impl Watch {
         told.push(WatchEvent::Settled(Box::new(Settled {
             settings: chosen.settings,
             choice: chosen.choice,
+            library: stream.terms().to_vec(),
             opening: record,
             blocking: stream.blocking(),
             last: self.last,
@@ -431,9 +435,7 @@ fn stretch(
     let sampling = match rate {
         Some(rate) => {
             let places: Vec<f64> = stamps.iter().map(|t| (t * rate).round()).collect();
-            let Sampling { interval, .. } = Sampling::even(2, rate.recip());
-            let sampling = Sampling::with_missing(&places);
-            Sampling { interval, ..sampling }
+            Sampling { interval: rate.recip(), ..Sampling::with_missing(&places) }
         }
         None => sampling::analyse(&mut stamps).map_err(|irregular| AnalysisError::UnevenStream { irregular })?,
     };

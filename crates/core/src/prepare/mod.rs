@@ -208,7 +208,9 @@ impl Preparation {
         if let Some(name) = self.record.as_ref().filter(|_| !set.entries.iter().any(|(r, _)| chosen(r))) {
             return Err(PrepareError::NoRecord(name.clone()));
         }
-        let mode = self.mode_shape(set)?;
+        if let Treatment::IsolateMode { from, to } = self.treatment {
+            return mode::isolated(set, &chosen, (from, to));
+        }
         let mut done = RecordSet::default();
         for (record, usage) in &set.entries {
             if !chosen(record) {
@@ -227,36 +229,10 @@ impl Preparation {
                 (treatment @ (Treatment::Split { .. } | Treatment::SplitAt { .. }), usage) => {
                     done.add(treatment.parts(record)?, *usage);
                 }
-                (treatment, usage) => {
-                    let treated = match (&mode, treatment) {
-                        (Some(mode), Treatment::IsolateMode { from, to }) => {
-                            let isolated = mode.coordinate(record, (from, to));
-                            if isolated.len() < LEAST_SAMPLES {
-                                return Err(treatment.too_short(record, isolated.len()));
-                            }
-                            isolated
-                        }
-                        _ => treatment.applied_to(record)?,
-                    };
-                    done.entries.push((Arc::new(treated), *usage));
-                }
+                (treatment, _) => done.entries.push((Arc::new(treatment.applied_to(record)?), *usage)),
             }
         }
         Ok(done)
-    }
-
-    /// The shape of the mode that is isolated, of the records that are fitted; of all where none is.
-    fn mode_shape(&self, set: &RecordSet) -> Result<Option<mode::ModeShape>, PrepareError> {
-        let Treatment::IsolateMode { from, to } = self.treatment else { return Ok(None) };
-        let chosen = |record: &Record| self.record.as_ref().is_none_or(|name| *name == record.name);
-        let all: Vec<(&Record, Usage)> = set.entries.iter().map(|(r, usage)| (&**r, *usage)).collect();
-        let all: Vec<(&Record, Usage)> = all.into_iter().filter(|(r, _)| chosen(r)).collect();
-        let fitted: Vec<&Record> = all.iter().filter(|(_, usage)| *usage == Usage::Fit).map(|(r, _)| *r).collect();
-        let records = if fitted.is_empty() { all.iter().map(|(r, _)| *r).collect() } else { fitted };
-        for (record, _) in &all {
-            within_half_rate(record, [Some(from), Some(to)])?;
-        }
-        mode::ModeShape::new(&records, (from, to)).map(Some)
     }
 }
 

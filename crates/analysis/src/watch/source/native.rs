@@ -37,19 +37,19 @@ impl Arriving {
                     return Err(format!("{} is a folder: give a file that grows", path.display()));
                 }
                 let path = path.clone();
-                thread::spawn(move || reader.follow(&path));
+                start(move || reader.follow(&path))?;
             }
-            StreamSource::Input => drop(thread::spawn(move || reader.read(&mut io::stdin().lock()))),
+            StreamSource::Input => start(move || reader.read(&mut io::stdin().lock()))?,
             StreamSource::Udp(address) => {
                 let socket = UdpSocket::bind(address).map_err(|e| format!("cannot listen at {address}: {e}"))?;
                 socket.set_read_timeout(Some(PAUSE)).map_err(|e| format!("cannot listen at {address}: {e}"))?;
-                thread::spawn(move || reader.listen(&socket));
+                start(move || reader.listen(&socket))?;
             }
             StreamSource::Serial { device, baud } => {
                 set_up(device, *baud)?;
                 let mut line =
                     File::open(device).map_err(|e| format!("cannot open the serial line {}: {e}", device.display()))?;
-                thread::spawn(move || reader.read(&mut line));
+                start(move || reader.read(&mut line))?;
             }
         }
         Ok(Self { receiver })
@@ -63,6 +63,11 @@ impl Arriving {
             Err(RecvTimeoutError::Disconnected) => Some(Arrival::Ended),
         }
     }
+}
+
+/// Starts the thread that reads a source.
+fn start(reading: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    sindyscope_system::thread::spawn("stream".into(), reading).map_err(|e| format!("cannot read the stream: {e}"))
 }
 
 /// A thread's end of a source.

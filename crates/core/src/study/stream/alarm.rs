@@ -84,7 +84,7 @@ pub enum Cleared {
 
 /// What a stream is held against, and the alarm that stands.
 #[derive(Debug)]
-pub(super) struct Watchman {
+pub(super) struct ChangeDetector {
     /// Chance of a false alarm in a block.
     chance: f64,
     reference: Option<Reference>,
@@ -131,7 +131,7 @@ struct Distance {
     ratio: f64,
 }
 
-impl Watchman {
+impl ChangeDetector {
     pub(super) fn new(chance: f64) -> Self {
         Self { chance, reference: None, alarm: None, calm: 0, since: 0 }
     }
@@ -175,7 +175,7 @@ impl Watchman {
                 cleared.map(|why| {
                     self.alarm = None;
                     // What comes now and then, as the beats of a drive do, is usual once it is known.
-                    window.forgive();
+                    window.mark_usual();
                     AlarmChange::Cleared(why)
                 })
             }

@@ -16,7 +16,7 @@ use super::candidates::candidate_terms;
 use super::regression::{Basis, Regression, fitted_states};
 use super::{Formulation, Settings, StudyError, check};
 use crate::signal::{SignalFacts, Signals, Smoother};
-use alarm::Watchman;
+use alarm::ChangeDetector;
 pub use alarm::{Alarm, AlarmCause, AlarmChange, Cleared, Judged};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
@@ -47,7 +47,7 @@ pub struct Stream {
     blocking: Blocking,
     stretch: Stretch,
     window: Window,
-    watchman: Watchman,
+    detector: ChangeDetector,
     samples: usize,
 }
 
@@ -135,7 +135,7 @@ impl Stream {
         let channels: Vec<Channel> =
             opening.channels.iter().map(|c| Channel { values: Arc::default(), ..c.clone() }).collect();
         let stretch = Stretch { start: opening.start, held: vec![Vec::new(); channels.len()], ..Stretch::default() };
-        let watchman = Watchman::new(false_alarms * blocking.seconds() / 3600.0);
+        let detector = ChangeDetector::new(false_alarms * blocking.seconds() / 3600.0);
         let window = Window::new(blocking.kept, blocking.seconds());
         Ok(Self {
             settings: study,
@@ -147,7 +147,7 @@ impl Stream {
             blocking,
             stretch,
             window,
-            watchman,
+            detector,
             samples: 0,
         })
     }
@@ -267,11 +267,11 @@ impl Stream {
     /// Holds a block against what is known, takes it in, and identifies the last seconds.
     fn identify(&mut self, mut block: Block) -> StreamUpdate {
         let time = block.time;
-        let (judged, change) = self.watchman.judge(&block, &mut self.window, self.blocking.kept);
-        block.alarmed = self.watchman.stands();
+        let (judged, change) = self.detector.judge(&block, &mut self.window, self.blocking.kept);
+        block.alarmed = self.detector.stands();
         self.window.push(block);
         let identified = self.window.identify(&self.settings);
-        self.watchman.learn(&self.window, &identified, &self.settings);
+        self.detector.learn(&self.window, &identified, &self.settings);
         let model = identified.model;
         StreamUpdate {
             time,
@@ -280,7 +280,7 @@ impl Stream {
             covered: self.window.seconds(),
             model,
             judged,
-            alarm: self.watchman.alarm().cloned(),
+            alarm: self.detector.alarm().cloned(),
             change,
         }
     }

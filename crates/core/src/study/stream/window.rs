@@ -70,7 +70,7 @@ impl Window {
     }
 
     /// Every block is an example of what is usual again.
-    pub(super) fn forgive(&mut self) {
+    pub(super) fn mark_usual(&mut self) {
         self.blocks.iter_mut().for_each(|b| b.alarmed = false);
     }
 
