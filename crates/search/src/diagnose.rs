@@ -115,7 +115,7 @@ impl Search {
         (fitted.level != WHOLE).then(|| {
             format!(
                 "Errors are those of stretches of {} s, each begun anew: over longer ones noise and the model's own sensitivity \
-                 part the simulation from the measurement.",
+                 part the simulation from the measurement, and how small an effect they would show cannot be told.",
                 significant(longest, 3)
             )
         })

@@ -10,7 +10,7 @@ use statrs::distribution::{ContinuousCDF as _, FisherSnedecor};
 use super::columns::Path;
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
-use super::fit::Fitted;
+use super::fit::{Fitted, WHOLE};
 use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use sindyscope_core::refine::{autoregression, lagged_products};
@@ -230,9 +230,13 @@ impl Data {
     }
 
     /// The least size of each form's effect that these data would have shown, in words: three standard errors of its first
-    /// coefficient, as a share of the spring force. Of a cancelled search it is not complete.
+    /// coefficient, as a share of the spring force. Of a cancelled search it is not complete; there is none where the motion is too
+    /// sensitive to be followed whole, for what an effect does to it then grows out of proportion.
     pub(super) fn detectable(&self, seen: &Examined<'_>, cancel: &Cancel) -> Vec<(String, f64)> {
         let Examined { fitted, motion, forms, screened } = *seen;
+        if fitted.level != WHOLE {
+            return Vec::new();
+        }
         let terms = fitted.terms();
         let present = (terms.as_slice(), fitted.parameters.coefficients.as_slice());
         let mut basis = OrthonormalBasis::default();

@@ -47,8 +47,8 @@ fn the_catalogue_has_every_name_of_the_interface() {
         viscoelastic_relaxation second_mode constant_force base_velocity input_delay input_saturation input_gain \
         unmeasured_harmonic_force parametric_stiffness stiffness_drift sensor_offset sensor_clipping \
         bilinear_damping power_law_damping power_law_stiffness belt_friction damping_drift \
-        oblique_springs";
-    let forms = catalogue(&setting(1, true));
+        oblique_springs state_dependent_input input_squared electrostatic_force";
+    let forms: Vec<_> = [true, false].into_iter().flat_map(|base| catalogue(&setting(1, base))).collect();
     for name in NAMES.split_whitespace() {
         assert!(forms.iter().any(|f| f.effect == name), "{name}");
     }

@@ -2,8 +2,8 @@ use std::f64::consts::TAU;
 
 use super::super::site::Site;
 use super::{
-    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, shared, spring,
-    with_words,
+    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic,
+    shared, spring, with_words,
 };
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::term::{Expression, Symbol, Term};
@@ -171,6 +171,35 @@ fn nonlinear_input(setting: &Setting, frame: &Frame, index: usize, forms: &mut V
         },
         forms,
     );
+    electrostatic(frame, index, forms);
+}
+
+/// A plate that a voltage attracts across a gap, as in microsystems: the pull goes with the voltage over the gap that is left,
+/// both squared (S. D. Senturia, Microsystem Design, 2001, section 6.4).
+fn electrostatic(frame: &Frame, index: usize, forms: &mut Vec<Form>) {
+    // In a gap fifty times as wide as the motion the pull changes by a twenty-fifth: a force with the square of the input alone.
+    let reach = frame.reach.max(f64::MIN_POSITIVE);
+    for (side, sign) in [("above", 1.0), ("below", -1.0)] {
+        let there = frame.clone();
+        forms.push(Form {
+            effect: "electrostatic_force",
+            title: "Electrostatic force",
+            explanation: "The pull of a voltage across a gap: it goes with the square of the voltage, and the more strongly the closer the plates are.",
+            separates: "voltages that move the plate over a tenth and over a half of the gap",
+            formula: r"\pm g_e\,\frac{u^2}{(1\mp r/d)^2}",
+            form: with_words(&frame.form, side),
+            site: Some(frame.site),
+            coefficients: vec![coefficient("g_e", 0, 0, if sign > 0.0 { Direction::Along } else { Direction::Against })],
+            inner: vec![Inner::new("d", (1, 0), logarithmic(1.1 * reach, 25.0 * reach, 10), (1.02 * reach, 50.0 * reach))],
+            contains: &["input_squared"],
+            axis: Axis::Displacement,
+            build: shared(move |inner| {
+                let left = Expression::Number(1.0) - there.r() * (sign / inner[0]);
+                let pull = Expression::from(Symbol::Input(index)).power(2.0) * left.power(-2.0);
+                Addition { terms: vec![Term::new(pull)], ..Addition::default() }
+            }),
+        });
+    }
 }
 
 /// How far a tone of a frequency, Hz, has turned.
