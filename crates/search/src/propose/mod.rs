@@ -384,7 +384,7 @@ impl<'a> Regression<'a> {
             .filter(|_| !self.cancel.is_cancelled())
             .filter_map(|(form, inner, step)| {
                 let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
-                let left = self.left_alone(&columns, &replaces, rewrites, form)?;
+                let left = self.left_alone(&base, &columns, (&replaces, rewrites), form)?;
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
                 (left < alone || rewrites > 0).then_some((left, columns, point))
@@ -405,21 +405,20 @@ impl<'a> Regression<'a> {
         GridPoint { columns: from..self.pool.len(), ..point }
     }
 
-    /// What one effect's columns leave beside the base's; none where its signs are wrong.
-    fn left_alone(&self, columns: &[Vec<f64>], replaces: &[usize], rewrites: usize, form: usize) -> Option<f64> {
-        let mut all: Vec<Vec<f64>> = self
-            .pool
-            .iter()
-            .take(self.base.len())
-            .enumerate()
-            .filter(|(k, _)| !replaces.contains(k))
-            .map(|(_, c)| c.clone())
-            .collect();
-        let first = all.len();
-        all.extend(columns.iter().cloned());
-        let gram = Gram::new(&all, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
-        let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?;
-        signs_hold(&self.forms[form], &solution.coefficients[first - 1 + rewrites..]).then_some(solution.left)
+    /// What one effect's columns leave beside the base's, of which the products are given; none where its signs are wrong.
+    fn left_alone(
+        &self,
+        base: &Gram,
+        columns: &[Vec<f64>],
+        (replaces, rewrites): (&[usize], usize),
+        form: usize,
+    ) -> Option<f64> {
+        let before = self.base.len();
+        let gram = base.beside(&self.pool[..before], columns);
+        let chosen: Vec<usize> = (1..before + columns.len()).filter(|k| !replaces.contains(k)).collect();
+        let own = chosen.len() - columns.len() + rewrites;
+        let solution = gram.solve(&chosen)?;
+        signs_hold(&self.forms[form], &solution.coefficients[own..]).then_some(solution.left)
     }
 
     fn gram(&self) -> Gram {
