@@ -340,6 +340,11 @@ impl Search {
         let Parameters { coefficients: values, inner } = &fitted.parameters;
         let positions = fitted.composition.positions();
         let places = fitted.composition.places(inner);
+        let mut unshifted = refined.point.clone();
+        unshifted.offsets.iter_mut().for_each(|offset| *offset = 0.0);
+        if fitted.composition.offset() && !self.feels(fitted, &unshifted, inflation) {
+            return Some("its size cannot be told from zero".to_owned());
+        }
         for (index, form) in fitted.composition.forms.iter().enumerate() {
             let own: Vec<usize> = places[index].clone().map(|k| positions.coefficients[k]).collect();
             let mut open = Vec::new();
@@ -369,8 +374,10 @@ impl Search {
                 let nothing: &[f64] =
                     if low < 0.0 && high > 0.0 && form.coefficients.is_empty() { &[0.0] } else { &[] };
                 for &simple in if quantity.simple.is_empty() { nothing } else { quantity.simple } {
+                    let mut there = refined.point.clone();
+                    there.shared[*position] = simple;
                     let told = match quantity.jumps {
-                        true => self.feels(fitted, *position, simple, inflation),
+                        true => self.feels(fitted, &there, inflation),
                         false => (value - simple).abs() >= BORNE * error,
                     };
                     if !told {
@@ -388,15 +395,14 @@ impl Search {
         None
     }
 
-    /// True if the fitted data tell a parameter in which the response jumps from another value: no slope gives its error.
-    fn feels(&self, fitted: &Fitted, position: usize, other: f64, inflation: f64) -> bool {
+    /// True if the fitted data tell a model's parameters from others, all at once: where the response jumps between them no slope
+    /// gives an error, and for sensors' offsets none is kept.
+    fn feels(&self, fitted: &Fitted, others: &Point, inflation: f64) -> bool {
         let refined = &*fitted.refined;
-        let mut point = refined.point.clone();
-        point.shared[position] = other;
         let never = || false;
         let driven = fitted.level != WHOLE;
         let options = FitOptions { driven, ..Data::options(&never, 0, None) };
-        let there = misfit(&fitted.composition, &fitted.runs, &point, options);
+        let there = misfit(&fitted.composition, &fitted.runs, others, options);
         let variance = refined.rss / refined.samples.max(1) as f64;
         there.is_none_or(|rss| rss - refined.rss > BORNE * BORNE * inflation * variance)
     }
