@@ -49,6 +49,8 @@ pub(super) const STICK_GAP: f64 = 0.04;
 pub(super) const STICK_MARGIN: f64 = 0.03;
 /// Grid points of a form that enter pairs.
 pub(super) const KEPT_POINTS: usize = 6;
+/// The same beside a constant force, which moves the place of a contact.
+pub(super) const KEPT_PRELOADED: usize = 2;
 /// Pairs that are tried with a third effect.
 pub(super) const BEAM: usize = 20;
 /// Sets of each size about which the grid is made finer.

@@ -44,10 +44,10 @@ impl Gram {
     }
 
     /// The same with further columns behind, over all rows alone; `columns` are those of before.
-    pub(super) fn beside(&self, columns: &[Vec<f64>], further: &[Vec<f64>]) -> Self {
+    pub(super) fn beside(&self, columns: &[&[f64]], further: &[Vec<f64>]) -> Self {
         let before = columns.len();
         let count = before + further.len();
-        let all = |k: usize| columns.get(k).unwrap_or_else(|| &further[k - before]);
+        let all = |k: usize| columns.get(k).copied().unwrap_or_else(|| &further[k - before]);
         let mut total = self.total.clone().resize(count, count, 0.0);
         for j in before..count {
             for i in 0..=j {

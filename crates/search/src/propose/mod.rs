@@ -17,7 +17,7 @@ use super::columns::{Inputs, forces};
 use super::data::{Data, Series};
 use super::effects::{Direction, Form};
 use super::parameters::{InnerValues, Parameters};
-use super::rule::{BEAM, KEPT_POINTS, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
+use super::rule::{BEAM, KEPT_POINTS, KEPT_PRELOADED, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
@@ -378,23 +378,36 @@ impl<'a> Regression<'a> {
                 form.grid().into_iter().map(move |inner| (k, inner, steps.clone()))
             })
             .collect();
-        type Built = (f64, Vec<Vec<f64>>, GridPoint);
+        let preloads = self.zeros();
+        let preloaded = base.beside(&self.pool.iter().map(Vec::as_slice).collect::<Vec<_>>(), &preloads);
+        // What it leaves beside the base, and beside a constant force too: under a load a contact lies elsewhere.
+        type Built = ([f64; 2], Vec<Vec<f64>>, GridPoint);
         let built: Vec<Built> = grid
             .into_par_iter()
             .filter(|_| !self.cancel.is_cancelled())
             .filter_map(|(form, inner, step)| {
                 let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
-                let left = self.left_alone(&base, &columns, (&replaces, rewrites), form)?;
+                let beside = |base: &Gram, further: &[Vec<f64>]| {
+                    self.left_beside((base, further), &columns, (&replaces, rewrites), form)
+                };
+                let left = [beside(&base, &[]), beside(&preloaded, &preloads)].map(|l| l.unwrap_or(f64::INFINITY));
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
-                (left < alone || rewrites > 0).then_some((left, columns, point))
+                (left[0] < alone || left[1] < alone || rewrites > 0 && left[0].is_finite())
+                    .then_some((left, columns, point))
             })
             .collect();
         let mut kept: Vec<Built> = Vec::new();
         for form in 0..self.forms.len() {
-            let mut own: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
-            own.sort_by(|a, b| a.0.total_cmp(&b.0));
-            kept.extend(own.into_iter().take(KEPT_POINTS).cloned());
+            let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
+            let mut own: Vec<&Built> = Vec::new();
+            for (beside, count) in [(0, KEPT_POINTS), (1, KEPT_PRELOADED)] {
+                let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
+                sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
+                let further = sorted.into_iter().take(count);
+                own.extend(further.filter(|b| !own.iter().any(|o| std::ptr::eq(*o, *b))).collect::<Vec<_>>());
+            }
+            kept.extend(own.into_iter().cloned());
         }
         kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
     }
@@ -405,17 +418,18 @@ impl<'a> Regression<'a> {
         GridPoint { columns: from..self.pool.len(), ..point }
     }
 
-    /// What one effect's columns leave beside the base's, of which the products are given; none where its signs are wrong.
-    fn left_alone(
+    /// What one effect's columns leave beside the base's and further ones, of which the products are given; none where its signs
+    /// are wrong.
+    fn left_beside(
         &self,
-        base: &Gram,
+        (base, further): (&Gram, &[Vec<f64>]),
         columns: &[Vec<f64>],
         (replaces, rewrites): (&[usize], usize),
         form: usize,
     ) -> Option<f64> {
-        let before = self.base.len();
-        let gram = base.beside(&self.pool[..before], columns);
-        let chosen: Vec<usize> = (1..before + columns.len()).filter(|k| !replaces.contains(k)).collect();
+        let before: Vec<&[f64]> = self.pool[..self.base.len()].iter().chain(further).map(Vec::as_slice).collect();
+        let gram = base.beside(&before, columns);
+        let chosen: Vec<usize> = (1..before.len() + columns.len()).filter(|k| !replaces.contains(k)).collect();
         let own = chosen.len() - columns.len() + rewrites;
         let solution = gram.solve(&chosen)?;
         signs_hold(&self.forms[form], &solution.coefficients[own..]).then_some(solution.left)
