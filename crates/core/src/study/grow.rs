@@ -54,19 +54,21 @@ fn stages(layout: &Layout, base: bool, angle: bool) -> Vec<Stage> {
     }
     let products = polynomials(&symbols, DEGREE, true);
     let call = |function: Function, symbol: Symbol| Term::new(Expression::call(function, Expression::Symbol(symbol)));
-    let mut functions = vec![call(Function::Sgn, Symbol::Rate(0))];
-    functions.extend(TermFamily::QuadraticDamping.terms(layout));
+    let mut laws = vec![call(Function::Sgn, Symbol::Rate(0))];
+    laws.extend(TermFamily::QuadraticDamping.terms(layout));
+    let displacement = || Expression::Symbol(Symbol::State(0));
+    laws.extend([displacement().abs(), displacement().power(5.0)].map(Term::new));
+    let mut offered =
+        vec![("linear terms", linear), ("products to degree 3", products), ("sgn v, v|v|, |x|, x^5", laws)];
     if angle {
-        functions.extend([Function::Sin, Function::Cos].map(|f| call(f, Symbol::State(0))));
+        offered.push(("sin x, cos x", [Function::Sin, Function::Cos].map(|f| call(f, Symbol::State(0))).to_vec()));
     }
-    let names =
-        ["linear terms", "products to degree 3", if angle { "sgn v, v|v|, sin x, cos x" } else { "sgn v, v|v|" }];
     let mut all: Vec<Term> = Vec::new();
     let mut stage = |(name, terms): (&'static str, Vec<Term>)| {
         all.extend(terms.into_iter().filter(|t| !all.contains(t)).collect::<Vec<_>>());
         Stage { name, terms: all.clone() }
     };
-    names.into_iter().zip([linear, products, functions]).map(&mut stage).collect()
+    offered.into_iter().map(&mut stage).collect()
 }
 
 /// The regression on everything that any stage offers, reduced block by block.
@@ -330,9 +332,9 @@ impl Growth {
 }
 
 /// Seeks the terms of the only acceleration in stages: linear, then products of displacement, velocity and input to degree
-/// 3, then the sign of the velocity, its square with its sign, and where the motion is large enough the sine and cosine of
-/// the displacement. A stage is taken where it halves what the stages before leave of blocks that were not fitted; the
-/// library of `settings` stays where nothing leaves less than half of what that does.
+/// 3, then the sign of the velocity, its square with its sign, the magnitude of the displacement and its fifth power, and where
+/// the motion is large enough its sine and cosine. A stage is taken where it halves what the stages before leave of blocks that
+/// were not fitted, or leaves no more with fewer terms; the library of `settings` stays where nothing leaves less than half of what that does.
 ///
 /// None where there is more than one equation, or too little data to judge.
 ///
@@ -381,7 +383,8 @@ pub(super) fn grown(
             continue;
         };
         tried.push(format!("{} {} %", stage.name, significant_trimmed(100.0 * subset.mean().sqrt(), 2)));
-        if found.as_ref().is_none_or(|f| subset.mean() <= MAX_ERROR_RATIO * MAX_ERROR_RATIO * f.mean()) {
+        let shorter = |f: &Subset| subset.terms.len() < f.terms.len() && subset.mean() <= f.mean();
+        if found.as_ref().is_none_or(|f| subset.mean() <= MAX_ERROR_RATIO * MAX_ERROR_RATIO * f.mean() || shorter(f)) {
             found = Some(subset);
         }
     }
