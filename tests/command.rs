@@ -153,6 +153,14 @@ fn an_effect_of_ones_own_is_listed_searched_and_reported() {
 }
 
 #[test]
+fn progress_is_silenced_before_a_command_as_behind_it() {
+    let here = folder();
+    let list = |arguments: &[&str]| run(here.path(), arguments).stdout;
+    assert_eq!(list(&["-q", "generate", "list"]), list(&["generate", "list", "-q"]));
+    assert!(!list(&["--quiet", "generate", "list"]).is_empty());
+}
+
+#[test]
 fn wrong_usage_is_status_2() {
     let here = folder();
     for arguments in [
@@ -164,6 +172,7 @@ fn wrong_usage_is_status_2() {
         &["generate", "duffing"],
         &["generate", "no-such-scenario", "--out", "a.csv"],
         &["generate", "duffing", "--set", "no-such=1", "--out", "a.csv"],
+        &["--log", "session.log", "generate", "list"],
     ] {
         assert!(refused(here.path(), arguments, 2).starts_with("error: "), "{arguments:?}");
     }

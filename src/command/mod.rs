@@ -36,7 +36,7 @@ use progress::ProgressLine;
 ///
 /// Without a command the window opens, with the given files in it.
 #[derive(Debug, Parser)]
-#[command(name = "sindyscope", version, args_conflicts_with_subcommands = true, max_term_width = 110)]
+#[command(name = "sindyscope", version, max_term_width = 110)]
 struct Cli {
     /// Show no progress on the terminal, as where nobody watches
     #[arg(long, short, global = true)]
@@ -51,6 +51,13 @@ struct Cli {
     log: Option<PathBuf>,
     #[command(subcommand)]
     command: Option<Command>,
+}
+
+impl Cli {
+    /// True where something is given that only the window takes.
+    fn opens_the_window(&self) -> bool {
+        !self.files.is_empty() || self.replay.is_some() || self.log.is_some()
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -91,6 +98,11 @@ pub fn main() -> ExitCode {
 fn run(arguments: impl IntoIterator<Item = OsString>, out: &mut impl Write, err: &mut impl Write) -> ExitCode {
     let result = match Cli::try_parse_from(arguments) {
         Err(error) => Err(Stop::Usage(error)),
+        Ok(cli) if cli.command.is_some() && cli.opens_the_window() => Err(usage(
+            "",
+            clap::error::ErrorKind::ArgumentConflict,
+            "a command stands first: files and options of the window go with none",
+        )),
         Ok(cli) => match (cli.command, ProgressLine::new(cli.quiet)) {
             (None, _) => match cli.replay {
                 Some(log) => window::replay(&log).map_err(Stop::from),
