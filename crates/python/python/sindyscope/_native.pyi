@@ -78,6 +78,13 @@ def diagnose(
     asked: tuple[str | None, list[str], int, str | None],
     progress: _Progress | None,
 ) -> NativeDiagnosis: ...
+def modes(
+    fit: list[list[NativeRecord]],
+    held_out: list[list[NativeRecord]],
+    settings: _Settings,
+    asked: tuple[int | None, bool],
+    progress: _Progress | None,
+) -> tuple[str, str]: ...
 def report(
     fit: list[list[NativeRecord]],
     held_out: list[list[NativeRecord]],
