@@ -136,10 +136,11 @@ fn modes(
     fit: Sources,
     held_out: Sources,
     settings: Settings,
-    (number, missing): (Option<usize>, bool),
+    asked: (Option<usize>, bool),
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let request = request(&settings)?;
+    let (number, missing) = asked;
     let (found, text) = work::done(py, progress, move |cancel, tell| {
         let records = joined(fit, held_out, &request)?;
         let told = |what: &'static str, share: f64| tell(Progress::Share(what, share));
