@@ -90,8 +90,7 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
 }
 
 fn title(bar: &Toolbar<'_>) -> String {
-    if let (true, Room::Identify, Some(table)) =
-        (bar.state.series.shown, bar.state.shown.room, &bar.state.series.table)
+    if let (true, Room::Identify, Some(table)) = (bar.state.series.shown, bar.state.shown.room, &bar.state.series.table)
     {
         return file_name(table);
     }

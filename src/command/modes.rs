@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
 use super::failure::Failure;
 use super::progress::ProgressLine;
 use super::{CommandResult, json, table};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use sindyscope_analysis::RecordSource;
 use sindyscope_analysis::json::structure::{diagnosed, identified};
 use sindyscope_core::clock::Stopwatch;

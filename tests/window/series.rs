@@ -36,6 +36,7 @@ fn table(home: &Path) -> PathBuf {
     let request = BatchRequest {
         items: batch_items(&home.join("list.csv")).unwrap(),
         study: AnalysisRequest::named(settings).unwrap(),
+        missing: None,
         out: home.join("table.csv"),
         reports: None,
         part: None,
@@ -58,7 +59,8 @@ fn the_table_of_a_batch_is_shown_as_a_series_and_a_record_opens_with_a_click() {
     assert_eq!(names, ["run6.csv", "bad.csv"], "{:?}", series.odd);
     let stiffness = &series.parameters[0];
     assert!(stiffness.points.iter().all(|p| p.std_error.is_some()) && stiffness.trend.unwrap().told());
-    for text in ["table.csv", "10 records", "v: x", "for 1 of temperature", "run6.csv", "standard deviations from the trend"]
+    for text in
+        ["table.csv", "10 records", "v: x", "for 1 of temperature", "run6.csv", "standard deviations from the trend"]
     {
         assert!(window.shows(text), "{text}");
     }

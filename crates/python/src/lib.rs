@@ -7,6 +7,7 @@
 
 #![cfg(feature = "extension")]
 
+mod batch;
 mod error;
 mod model;
 mod record;
@@ -20,6 +21,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
 
+use batch::{NativeJournal, write_table};
 use error::{failed, rig_failed};
 use model::NativeModel;
 use record::NativeRecord;
@@ -273,12 +275,14 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NativeModel>()?;
     module.add_class::<NativeIdentification>()?;
     module.add_class::<NativeDiagnosis>()?;
+    module.add_class::<NativeJournal>()?;
     for function in [
         wrap_pyfunction!(read, module)?,
         wrap_pyfunction!(records, module)?,
         wrap_pyfunction!(identify, module)?,
         wrap_pyfunction!(diagnose, module)?,
         wrap_pyfunction!(modes, module)?,
+        wrap_pyfunction!(write_table, module)?,
         wrap_pyfunction!(report, module)?,
         wrap_pyfunction!(generate, module)?,
         wrap_pyfunction!(scenario_names, module)?,

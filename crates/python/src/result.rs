@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::error;
 use crate::model::NativeModel;
-use sindyscope_analysis::batch::row;
+use sindyscope_analysis::batch::{diagnosis_row, row};
 use sindyscope_analysis::{Analysis, json};
 use sindyscope_report::document::{FigureSize, walk};
 use sindyscope_report::view::{Subject, View, ViewOptions};
@@ -135,6 +135,11 @@ impl NativeDiagnosis {
     /// The result as the text that the command writes.
     fn json(&self) -> PyResult<String> {
         written(&self.json)
+    }
+
+    /// The row that a batch's table has of it, as JSON.
+    fn row(&self) -> String {
+        Value::Object(diagnosis_row(&self.json)).to_string()
     }
 
     /// The walk as the command prints it.

@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 use table::SeriesRow;
 pub use table::{SeriesTable, is_series_table};
 pub use trend::Trend;
-pub use words::TrendWords;
 use trend::{Reading, fitted};
+pub use words::TrendWords;
 
 /// Fewest records that a trend is sought in: a line through fewer leaves next to nothing to judge it by.
 pub const LEAST_RECORDS: usize = 5;

@@ -12,7 +12,11 @@ impl Series {
             records: self.records,
             figures: self.figures(),
             trends: self.parameters.iter().map(trend_row).collect(),
-            odd: self.odd.iter().map(|odd| OddRow { record: odd.record.clone(), reasons: odd.reasons.clone() }).collect(),
+            odd: self
+                .odd
+                .iter()
+                .map(|odd| OddRow { record: odd.record.clone(), reasons: odd.reasons.clone() })
+                .collect(),
             command: None,
             paper: Paper::default(),
         }

@@ -140,7 +140,8 @@ impl SeriesTable {
         folders[1..].sort();
         let found = |(_, cells): &(usize, StringRecord)| {
             let record = cell(cells, name);
-            let file = folders.iter().map(|folder| folder.join(record)).find(|file| !record.is_empty() && file.is_file());
+            let file =
+                folders.iter().map(|folder| folder.join(record)).find(|file| !record.is_empty() && file.is_file());
             file.map(|file| (record.to_owned(), file))
         };
         self.lines.iter().filter_map(found).collect()

@@ -345,6 +345,7 @@ class Diagnosis:
         self._json = native.json()
         self._dict: dict[str, Any] = json.loads(self._json)
         self._text = native.text()
+        self._row = native.row()
         model = native.model()
         #: The final equations; None if no model could be fitted.
         self.model = None if model is None else Model(model)
@@ -357,6 +358,12 @@ class Diagnosis:
     def to_json(self) -> str:
         """The text that the command writes."""
         return self._json
+
+    def to_row(self) -> dict[str, Any]:
+        """The row that a table of many records has of it: verdict, effects, errors, and a column for each parameter and its standard
+        error."""
+        row: dict[str, Any] = json.loads(self._row)
+        return row
 
     @property
     def verdict(self) -> str:

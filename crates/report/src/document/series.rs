@@ -71,8 +71,7 @@ impl SeriesReport {
     fn blocks(&self) -> Vec<Block> {
         let over = self.over.as_deref().unwrap_or("the order of the table");
         let subtitle = format!("Identified parameters of {} records over {over}", self.records);
-        let mut blocks =
-            vec![Block::Title { title: self.title.clone(), subtitle }, Block::Tiles(self.tiles())];
+        let mut blocks = vec![Block::Title { title: self.title.clone(), subtitle }, Block::Tiles(self.tiles())];
         blocks.push(Block::Heading("Parameters over the series".into()));
         blocks.extend(self.figures.iter().map(|figure| Block::Figure(drawn(figure, &Extent::PAGE))));
         blocks.push(Block::Heading("Trends".into()));
