@@ -25,7 +25,7 @@ table = pd.DataFrame({"t [s]": t, "x [mm]": 1e3 * x + 0.02 * random.normal(size=
 table.head(3)
 
 # %% [markdown]
-# The headings say what each column is, and its unit. The last third is held out: it is never fitted, only simulated and compared. All settings are chosen from the data.
+# The headings say what each column is, and its unit. The last 30 % are held out: they are never fitted, only simulated and compared. All settings are chosen from the data.
 
 # %%
 found = sindyscope.identify(table, hold_out=0.3)

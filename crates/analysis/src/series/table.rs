@@ -9,6 +9,8 @@ use super::SeriesError;
 
 /// What follows a parameter's name in the head of its standard errors.
 const ERROR: &str = " std_error";
+/// What a Parquet file begins with.
+const PARQUET: &[u8] = b"PAR1";
 /// Columns that a batch writes of every record before what was found.
 const RECORD: &str = "record";
 const STATUS: &str = "status";
@@ -53,6 +55,9 @@ impl SeriesTable {
     pub fn read(path: &Path) -> Result<Self, SeriesError> {
         let unread = |problem: String| SeriesError::Read { file: path.display().to_string(), problem };
         let bytes = sindyscope_system::fs::read(path).map_err(|e| unread(e.to_string()))?;
+        if bytes.starts_with(PARQUET) {
+            return Err(unread("it is a Parquet table, and a series is read from CSV".to_owned()));
+        }
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
         let heads = reader.headers().map_err(|e| unread(e.to_string()))?.iter().map(str::to_owned).collect();
         let mut lines = Vec::new();
