@@ -981,3 +981,30 @@ fn records_are_prepared_by_steps_in_the_order_given() {
     let said = refused(here.path(), &["identify", "spiked.csv", "--prepare", "low-pass=90"], 1);
     assert!(said.contains("half the sampling rate") && said.contains("--prepare"), "{said}");
 }
+
+#[test]
+fn the_report_of_a_table_is_that_of_a_series() {
+    let home = folder();
+    let folder = home.path();
+    let rows: String =
+        (0..8).map(|k| format!("run{k}.csv,{},ok,,{},0.1\n", 10 + 2 * k, 5.0 + 0.5 * f64::from(k))).collect();
+    std::fs::write(folder.join("table.csv"), format!("record,temperature,status,error,v: x,v: x std_error\n{rows}"))
+        .expect("written");
+    let report = ["report", "table.csv", "--over", "temperature", "--out"];
+    for (out, begin) in [("series.html", "<!DOCTYPE html>"), ("series.pdf", "%PDF"), ("series.png", "\u{fffd}PNG")] {
+        done(folder, &[&report[..], &[out]].concat());
+        let bytes = std::fs::read(folder.join(out)).expect("a document");
+        assert!(String::from_utf8_lossy(&bytes).to_lowercase().starts_with(&begin.to_lowercase()), "{out}");
+    }
+    let html = std::fs::read_to_string(folder.join("series.html")).expect("a document");
+    for part in ["over temperature", "0.25", "Every record fits its siblings", "sindyscope report table.csv"] {
+        assert!(html.contains(part), "{part}");
+    }
+    // Known by its head without --over too, then in the order of the table; the same JSON as that of `series`.
+    let json = done(folder, &["report", "table.csv", "--out", "order.html", "--json", "-"]);
+    assert_eq!(json, done(folder, &["series", "table.csv", "--json", "-"]));
+    let said = refused(folder, &[&report[..], &["a.html", "--terms", "x, v"]].concat(), 1);
+    assert!(said.contains("takes --out, --over, --title, --paper and --json alone"), "{said}");
+    let said = refused(folder, &["report", "table.csv", "--over", "height", "--out", "a.html"], 1);
+    assert!(said.contains("no column `height`") && said.contains("temperature"), "{said}");
+}

@@ -13,6 +13,8 @@ mod kept;
 mod masses;
 #[path = "window/own.rs"]
 mod own;
+#[path = "window/series.rs"]
+mod series;
 #[path = "window/stream.rs"]
 mod stream;
 #[path = "window/structures.rs"]

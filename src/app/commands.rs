@@ -15,6 +15,7 @@ pub(crate) enum WindowCommand {
     AddRecords,
     Columns,
     Stream,
+    Series,
     Sample(Sample),
     Demonstration,
     Lessons,
@@ -62,7 +63,7 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 /// The commands that are one each, in the order of the help: group, label, tooltip and key.
-const TABLE: [Row; 30] = [
+const TABLE: [Row; 31] = [
     (
         WindowCommand::Open,
         "Files",
@@ -90,6 +91,13 @@ const TABLE: [Row; 30] = [
         "Files",
         "Open a stream…",
         "Follow a growing file, a serial line or UDP: its last seconds are identified as they come, with an alarm when they change",
+        None,
+    ),
+    (
+        WindowCommand::Series,
+        "Files",
+        "Open a series…",
+        "Open the table that `sindyscope batch` wrote: parameters over amplitude, temperature or time, and the records that do not fit",
         None,
     ),
     (

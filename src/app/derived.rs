@@ -17,6 +17,7 @@ use super::queue::JobProgress;
 use super::records::OpenRecords;
 use super::report::ReportRoom;
 use super::rig::RigRoom;
+use super::series::SeriesRoom;
 use super::settings_map::SettingsMap;
 use super::state::{Edit, Shown};
 use super::stream::StreamRoom;
@@ -38,6 +39,7 @@ pub(crate) struct Derived {
     pub(crate) rig: RigRoom,
     pub(crate) teacher: Teacher,
     pub(crate) stream: StreamRoom,
+    pub(crate) series: SeriesRoom,
     pub(crate) map: SettingsMap,
     /// The figures of the views.
     pub(crate) figures: ViewFigures,
@@ -70,6 +72,7 @@ impl Derived {
             rig: RigRoom::default(),
             teacher: Teacher::default(),
             stream: StreamRoom::default(),
+            series: SeriesRoom::default(),
             map: SettingsMap::default(),
             figures: ViewFigures::default(),
             fitted: 0,

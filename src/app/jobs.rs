@@ -35,8 +35,9 @@ use super::report::{self, Content};
 use super::rig::class;
 use super::rig::work::{self as rig, Recorded, RecordedRig};
 use super::saving::{SaveResult, Saving};
+use super::series::{self, OpenSeries};
 use super::session;
-use super::state::{Answered, ClassCase, State, StreamForm};
+use super::state::{Answered, ClassCase, SeriesOver, State, StreamForm};
 use super::stream::work::{self as stream, StreamPart};
 use super::views::{FigureRequest, View};
 
@@ -79,6 +80,8 @@ pub(crate) enum Key {
     Pages,
     /// The stream that is followed.
     Stream,
+    /// The table that is shown as a series.
+    Series,
     /// The virtual rig.
     Rig,
     /// Drawing a round of the class mode.
@@ -138,6 +141,8 @@ pub(crate) enum Job {
     Pages { content: Box<Content>, width: u32 },
     /// Follow a stream until it ends.
     Stream(Box<StreamForm>),
+    /// Read a table as a series.
+    Series { table: PathBuf, over: Option<SeriesOver> },
     /// Record the virtual rig and study its record.
     Rig { settings: Box<RigSettings>, usual_library: bool },
     /// Draw what a round hides.
@@ -235,6 +240,8 @@ pub(crate) enum Done {
     Searched,
     /// The stream has ended.
     Streamed,
+    /// A table was read as a series.
+    Series(Arc<OpenSeries>),
     /// The pages, and the sections that the study has nothing for.
     Pages(Vec<Pixels>, Vec<Section>),
     /// The rig's record and what was found in it.
@@ -345,6 +352,9 @@ impl Work for Job {
             Self::Stream(form) => {
                 stream::follow(&form, cancel, &|part| report.part(Part::Stream(Box::new(part))))?;
                 Done::Streamed
+            }
+            Self::Series { table, over } => {
+                Done::Series(Arc::new(series::read(&table, over.as_ref()).map_err(sentence)?))
             }
             Self::Rig { settings, usual_library } => {
                 Done::Recorded(Box::new(rig::record(&mut memory.rig, *settings, usual_library, cancel)?))

@@ -13,6 +13,7 @@ use super::figure_panel::FigureLook;
 use super::lessons;
 use super::missing;
 use super::rig;
+use super::series::SeriesAct;
 use super::state::{Edit, ModalShown, RigState, Source, ViewState, WalkView};
 use super::stream::StreamAct;
 use sindyscope_core::prepare::Preparation;
@@ -97,6 +98,8 @@ pub(crate) enum Message {
     Figure(FigureLook),
     /// Do something with the stream.
     Stream(StreamAct),
+    /// Do something with the series.
+    Series(SeriesAct),
     /// The project was saved here.
     ProjectSaved(PathBuf),
 }
@@ -125,6 +128,7 @@ impl Message {
                 | (Self::PageWidth(_), Self::PageWidth(_))
                 | (Self::Zoom(_), Self::Zoom(_))
                 | (Self::Stream(StreamAct::Form(_)), Self::Stream(StreamAct::Form(_)))
+                | (Self::Series(SeriesAct::Form(_)), Self::Series(SeriesAct::Form(_)))
         )
     }
 }

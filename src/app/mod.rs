@@ -43,6 +43,7 @@ mod report;
 mod rig;
 mod samples;
 mod saving;
+mod series;
 mod session;
 mod settings_map;
 mod state;
@@ -72,6 +73,6 @@ pub use replay::{Replayed, replay};
 pub(crate) use report::headless::project as report_of_project;
 pub use state::{
     Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress,
-    OwnEffects, Pin, RigState, Sample, Shown, Source, State, StreamForm, Walk, WalkView,
+    OwnEffects, Pin, RigState, Sample, SeriesForm, SeriesOver, Shown, Source, State, StreamForm, Walk, WalkView,
 };
 pub use window::App;

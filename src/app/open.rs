@@ -11,6 +11,7 @@ use super::records::Read;
 use super::rig::sets;
 use super::state::{Document, RigState, Shown, Source};
 use super::{moved, moved::KnownFiles};
+use sindyscope_analysis::series::is_series_table;
 use sindyscope_core::prepare::{self, PrepareError};
 use sindyscope_core::study::{Cancel, Settings, suggest};
 use sindyscope_files::{MeasuredFile, ReadOptions, read_opened};
@@ -101,6 +102,7 @@ pub(crate) fn open(opening: Opening, cancel: &Cancel) -> Result<Opened, Box<Refu
 fn try_open(mut opening: Opening, cancel: &Cancel) -> Result<Opened, OpeningProblem> {
     let asked = opening.document.source.clone();
     let (mut files, mut notes) = (Files::stopped_by(cancel), Vec::new());
+    refuse_series(&opening, &mut files)?;
     let project = take_project(&mut opening, &mut files)?;
     let remembered = project.is_none() && opening.document.edit.settings != Settings::default();
     let bridge = prepare::bridged(&opening.document.edit.steps);
@@ -135,6 +137,20 @@ fn try_open(mut opening: Opening, cancel: &Cancel) -> Result<Opened, OpeningProb
     let remembered = remembered && document.edit.settings != suggestion;
     document.suggestion = Some(suggestion);
     Ok(Opened { document, records, read, undone, project, notes, goes_on, asked, remembered })
+}
+
+/// Refuses the table of a batch as a measurement: it is shown as a series.
+fn refuse_series(opening: &Opening, files: &mut Files) -> Result<(), OpeningProblem> {
+    let Source::Files(paths) = &opening.document.source else { return Ok(()) };
+    if opening.read.is_some() {
+        return Ok(());
+    }
+    let table = paths.iter().find(|path| files.get(path).is_ok_and(|file| is_series_table(file.bytes())));
+    let Some(table) = table else { return Ok(()) };
+    let what = format!("{} is a table of many records, no measurement", file_name(table));
+    let advice = "open it alone: it is shown as a series";
+    let series = Some(table.clone()).filter(|_| paths.len() == 1);
+    Err(OpeningProblem { series, ..OpeningProblem::new(what, advice) })
 }
 
 /// Puts a project's document in place of the source that names it, if one of its files is a project.

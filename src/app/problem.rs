@@ -13,12 +13,14 @@ pub(crate) struct OpeningProblem {
     pub(crate) about_columns: bool,
     /// The file that is not where it was.
     pub(crate) missing: Option<PathBuf>,
+    /// The table of a batch that was given as a measurement.
+    pub(crate) series: Option<PathBuf>,
 }
 
 impl OpeningProblem {
     /// What is wrong, and what to try.
     pub(crate) fn new(what: impl Into<String>, advice: impl Into<String>) -> Self {
-        Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None }
+        Self { what: what.into(), advice: advice.into(), about_columns: false, missing: None, series: None }
     }
 
     /// Why a file cannot be read.

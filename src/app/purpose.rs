@@ -38,6 +38,8 @@ pub(crate) enum Purpose {
     Rounds,
     /// To save the last seconds of a stream to, and open them.
     StreamRecord,
+    /// To be read: a table that a batch wrote.
+    Series,
     /// To save the log of the session to.
     Log,
 }
@@ -61,6 +63,7 @@ impl Purpose {
             Self::RoundRecords => "Save the round's records",
             Self::Rounds => "Export the rounds",
             Self::StreamRecord => "Keep the last seconds as a record (.csv)",
+            Self::Series => "Open a table that a batch wrote (.csv)",
             Self::Log => "Save the log of this session",
         }
     }
@@ -68,7 +71,7 @@ impl Purpose {
     /// What the path field's button says.
     pub(crate) fn verb(self) -> &'static str {
         match self {
-            Self::Open | Self::Effects => "Open",
+            Self::Open | Self::Effects | Self::Series => "Open",
             Self::Add => "Add files",
             Self::Locate => "Choose",
             Self::Project
@@ -94,7 +97,7 @@ impl Purpose {
     /// The ending that a file saved for it gets if its name has none.
     pub(crate) fn ending(self) -> Option<&'static str> {
         match self {
-            Self::Open | Self::Add | Self::Locate | Self::Effects => None,
+            Self::Open | Self::Add | Self::Locate | Self::Effects | Self::Series => None,
             Self::SaveEffects => Some("toml"),
             Self::Project | Self::Log => Some(PROJECT_ENDING),
             Self::Model => Some(ExportFormat::Python.ending()),

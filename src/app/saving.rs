@@ -15,7 +15,7 @@ use super::state::ClassCase;
 use super::state::ViewState;
 use super::views::{self, MapProgress, Picture, Seen, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
-use sindyscope_report::document::FigureFormat;
+use sindyscope_report::document::{FigureFormat, SeriesReport};
 use sindyscope_report::export;
 use sindyscope_system::fs;
 use sindyscope_values::record::Record;
@@ -54,6 +54,8 @@ pub(crate) enum SavedContent {
     RoundRecords(ClassCase),
     /// The last seconds of a stream.
     StreamRecord(Arc<Record>),
+    /// The report of a series, as what the file's ending says.
+    Series(Box<SeriesReport>),
 }
 
 /// A picture of a view.
@@ -120,6 +122,10 @@ impl Saving {
             }
             SavedContent::RigRecords(made) => save::rig(path, &made)?,
             SavedContent::RoundRecords(case) => save::round(path, &case)?,
+            SavedContent::Series(report) => {
+                report.write(&path).map_err(|e| format!("The report was not saved: {e}"))?;
+                vec![path]
+            }
             SavedContent::StreamRecord(record) => save::stream(path, &record)?,
         };
         Ok(SaveResult::Written { purpose, paths: written })

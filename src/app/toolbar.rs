@@ -90,6 +90,10 @@ pub(crate) fn show(ui: &mut Ui, bar: &Toolbar<'_>) -> Vec<ToolbarAct> {
 }
 
 fn title(bar: &Toolbar<'_>) -> String {
+    if let (true, Room::Identify, Some(table)) = (bar.state.series.shown, bar.state.shown.room, &bar.state.series.table)
+    {
+        return file_name(table);
+    }
     match (&bar.state.project, bar.data.records.is_empty()) {
         (Some(project), _) => file_name(project),
         (None, true) if bar.opening => "opening…".to_owned(),
@@ -121,6 +125,7 @@ fn file_menu(ui: &mut Ui, bar: &Toolbar<'_>, asked: &mut Vec<ToolbarAct>) {
     entry(ui, WindowCommand::Open, true);
     entry(ui, WindowCommand::OpenPath, true);
     entry(ui, WindowCommand::Stream, true);
+    entry(ui, WindowCommand::Series, true);
     entry(ui, WindowCommand::AddRecords, open);
     entry(ui, WindowCommand::Columns, matches!(bar.state.document.source, Source::Files(_)) && open);
     ui.separator();

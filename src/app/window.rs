@@ -2,6 +2,7 @@
 
 mod commands;
 mod drawing;
+mod series;
 mod stream;
 mod tabs;
 
@@ -32,6 +33,7 @@ use super::state::{Room, Source, State, Walk};
 use super::update::FrameTime;
 use super::{around, help, modal, overlay, report, theme};
 use sindyscope_analysis::component::{ComponentAnalysis, DiagnosedComponent};
+use sindyscope_analysis::series::Series;
 use sindyscope_core::study::{Outcome, Settings};
 use sindyscope_modes::{BaseModel, ModalAnalysis};
 use sindyscope_search::{Diagnosis, Stage};
@@ -75,6 +77,7 @@ struct Canvas {
     report: report::ReportCanvas,
     rig: Figures,
     stream: Figures,
+    series: Figures,
     columns: Plots,
     toasted: Toasted,
 }
@@ -205,6 +208,11 @@ impl App {
         (stream.updates.len(), stream.alarms, stream.alarm())
     }
 
+    /// The series that is shown, once its table was read.
+    pub fn shown_series(&self) -> Option<&Series> {
+        self.open_series().map(|open| &open.series)
+    }
+
     /// True if the base are modes.
     fn by_modes(&self) -> bool {
         !self.of_component() && self.program.state.document.edit.base.model == BaseModel::Modes
@@ -218,6 +226,9 @@ impl App {
     /// True if there is something that a picture can show.
     fn has_figure(&self) -> bool {
         let derived = &self.program.derived;
+        if self.shows_series() {
+            return derived.series.found().is_some();
+        }
         match (self.of_component(), self.by_modes()) {
             (true, _) => derived.component.fit.found().is_some(),
             (_, true) => derived.modal.analysis().is_some(),
@@ -337,6 +348,8 @@ impl eframe::App for App {
         self.bars(ui, frame);
         if self.program.state.shown.room == Room::Rig {
             self.rig(ui, frame);
+        } else if self.shows_series() {
+            self.series(ui, frame);
         } else if self.shows_stream() {
             self.stream(ui, frame);
         } else {

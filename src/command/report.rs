@@ -1,6 +1,7 @@
-#[cfg(feature = "desktop")]
-use std::path::Path;
-use std::path::PathBuf;
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
@@ -9,14 +10,18 @@ use super::identify;
 use super::progress::ProgressLine;
 use super::request::{StudyOptions, StudyRequest};
 use super::source::{self, typed};
-use super::{CommandResult, component, json, modes, table};
+use super::{CommandResult, component, json, modes, series, table};
 use sindyscope_analysis::json::{diagnosed, identified};
 use sindyscope_analysis::missing::MAX_EFFECTS;
+use sindyscope_analysis::series::is_series_table;
 use sindyscope_analysis::{AnalysisError, KindName, MissingRequest, Terms, effects, search};
 use sindyscope_core::setting::Setting;
 use sindyscope_core::study::{Cancel, SETTINGS};
 use sindyscope_modes::{BASE, Base, BaseModel};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
+
+/// Bytes of a file that are looked at to know a table that a batch wrote: more than the heads of all its columns take.
+const HEAD: u64 = 1 << 20;
 
 /// Options of `report`.
 #[derive(Debug, Args)]
@@ -49,6 +54,10 @@ pub(super) struct DocumentOptions {
     /// Effects of one's own that it looks for besides: a TOML file with a table for each
     #[arg(long, value_name = "FILE", requires = "diagnose", help_heading = "Missing effects")]
     pub(super) effects: Option<PathBuf>,
+    /// The data are a table that `batch` wrote, and the report is of it as a series over this column: amplitude, temperature, time [default:
+    /// the order of such a table]
+    #[arg(long, value_name = "COLUMN", help_heading = "Output")]
+    pub(super) over: Option<String>,
     /// Its title [default: the names of the files]
     #[arg(long, value_name = "TEXT", help_heading = "Output")]
     pub(super) title: Option<String>,
@@ -147,6 +156,9 @@ pub(super) fn run(options: &ReportOptions, progress: &ProgressLine) -> CommandRe
     {
         return of_project(options, project, progress);
     }
+    if document.over.is_some() || is_table(&request.source.data) {
+        return of_series(options);
+    }
     if document.base == Some(ReportBase::Modes) {
         return of_modes(options, progress);
     }
@@ -244,6 +256,9 @@ impl DocumentOptions {
                 text.push_str(&format!(" --effects {}", typed(&here, effects)));
             }
         }
+        if let Some(over) = &self.over {
+            text.push_str(&table::valued("over", over));
+        }
         if let Some(title) = &self.title {
             text.push_str(&table::valued("title", title));
         }
@@ -278,20 +293,61 @@ fn of_modes(options: &ReportOptions, progress: &ProgressLine) -> CommandResult {
     modes::report(&request.source, &document.modes(), document.diagnose, &shape, json.as_deref(), progress)
 }
 
+/// True if the data are a table that a batch wrote.
+fn is_table(data: &[PathBuf]) -> bool {
+    let [table] = data else { return false };
+    // The head is enough; measurements may be large.
+    let mut head = Vec::new();
+    let read = File::open(table).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    read.is_ok() && is_series_table(&head)
+}
+
+/// Writes the report of a table as a series.
+fn of_series(options: &ReportOptions) -> CommandResult {
+    let ReportOptions { study: StudyOptions { request, json }, document } = options;
+    let [table] = request.source.data.as_slice() else {
+        return Err(Failure::new("a series is one table")
+            .try_this("give the table that `sindyscope batch` wrote, and no other file")
+            .into());
+    };
+    let DocumentOptions { out, over, title: own, paper, .. } = document;
+    let mut heard = vec!["sindyscope".into(), "report".into(), table.as_os_str().to_owned()];
+    let said = [("--out", Some(out.as_os_str())), ("--over", over.as_deref().map(OsStr::new))];
+    let also = [("--title", own.as_deref().map(OsStr::new)), ("--json", json.as_deref().map(Path::as_os_str))];
+    for (name, value) in said.into_iter().chain(also) {
+        // Joined, so that a value that begins with a minus is no option.
+        heard.extend(value.map(|value| [OsStr::new(name), OsStr::new("="), value].into_iter().collect::<OsString>()));
+    }
+    if *paper == PaperName::Letter {
+        heard.extend(["--paper".into(), "letter".into()]);
+    }
+    if !is_all(options, heard) {
+        return Err(Failure::new("the report of a series takes --out, --over, --title, --paper and --json alone")
+            .try_this("give other options to `sindyscope batch`, which identifies the records")
+            .into());
+    }
+    let mut command = "sindyscope report".to_owned();
+    source::say(&request.source, &mut command);
+    document.say(&mut command);
+    let title = own.clone().unwrap_or_else(|| title(&request.source.data));
+    series::report((table, over.as_deref()), (&title, &command), ((*paper).into(), out), json.as_deref())
+}
+
+/// True if these words of a command line say all that was asked for.
+fn is_all(options: &ReportOptions, words: Vec<OsString>) -> bool {
+    use clap::Parser as _;
+
+    let plain = super::Cli::try_parse_from(words).map(|cli| cli.command);
+    matches!(plain, Ok(Some(super::Command::Report(plain))) if format!("{plain:?}") == format!("{options:?}"))
+}
+
 /// Writes the report of a saved project: its records, settings, walk and contents.
 #[cfg(feature = "desktop")]
 fn of_project(options: &ReportOptions, project: &Path, progress: &ProgressLine) -> CommandResult {
-    use clap::Parser as _;
-
     // A project brings its own settings; what else was given would go unheard.
     let file = |path: &Path| path.as_os_str().to_owned();
-    let alone: [std::ffi::OsString; 5] =
-        ["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.document.out)];
-    let plain = match super::Cli::try_parse_from(alone).map(|cli| cli.command) {
-        Ok(Some(super::Command::Report(plain))) => Some(format!("{plain:?}")),
-        _ => None,
-    };
-    if plain != Some(format!("{options:?}")) {
+    let alone = vec!["sindyscope".into(), "report".into(), file(project), "--out".into(), file(&options.document.out)];
+    if !is_all(options, alone) {
         return Err(Failure::new("a project brings its own settings and contents; no further option goes with it")
             .try_this("change them in the window, or give the measurements themselves")
             .into());

@@ -7,9 +7,8 @@ use clap::Args;
 use super::CommandResult;
 use super::failure::Failure;
 use super::json;
-use sindyscope_analysis::series::{LEAST_RECORDS, ParameterSeries, Series, SeriesError, series};
-use sindyscope_report::document::{FigureFormat, FigureSize};
-use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_analysis::series::{ParameterSeries, Series, SeriesError, TrendWords, series};
+use sindyscope_report::document::{FigureFormat, FigureSize, Paper, SeriesReport};
 use sindyscope_values::format::shown::ShownUnits;
 
 /// Width of the picture, and the height of each parameter's plot, mm.
@@ -58,7 +57,7 @@ fn failure(error: SeriesError) -> Failure {
 
 fn draw(found: &Series, out: &Path) -> Result<(), Failure> {
     let format = FigureFormat::of(out).map_err(Failure::from)?;
-    let figure = found.figure();
+    let figure = found.figure(None);
     let height = PANEL * figure.rows.len() as f64 + 10.0;
     let drawing = figure.svg(FigureSize { width: WIDTH, height, ..FigureSize::default() }, &ShownUnits::default());
     let bytes = format.bytes(&drawing, &figure.caption).map_err(Failure::from)?;
@@ -83,19 +82,31 @@ fn text(found: &Series) -> String {
 }
 
 fn line(parameter: &ParameterSeries, unit: &str) -> String {
-    let ParameterSeries { name, points, trend } = parameter;
-    let Some(trend) = trend else {
-        return format!("  {name}: in {} records, too few for a trend ({LEAST_RECORDS})\n", points.len());
+    let name = &parameter.name;
+    let TrendWords { level, centre, slope, scatter, chance } = match parameter.words() {
+        Ok(words) => words,
+        Err(why) => return format!("  {name}: {why}\n"),
     };
-    let level = format_measured(trend.level, Some(trend.level_error));
-    let scatter = match trend.scatter {
-        0.0 => "no scatter beyond the standard errors".to_owned(),
-        scatter => format!("scatter {} beyond the standard errors", significant(scatter, 2)),
-    };
-    if trend.told() {
-        let slope = format_measured(trend.slope, Some(trend.slope_error));
-        let place = significant(trend.centre, 3);
-        return format!("  {name}: {level} at {place}, {slope} for 1 of {unit}; {scatter}\n");
+    let scatter = scatter.map_or_else(
+        || "no scatter beyond the standard errors".to_owned(),
+        |scatter| format!("scatter {scatter} beyond the standard errors"),
+    );
+    match slope {
+        Some(slope) => format!("  {name}: {level} at {centre}, {slope} for 1 of {unit}; {scatter}\n"),
+        None => format!("  {name}: {level}, no trend (p = {chance}); {scatter}\n"),
     }
-    format!("  {name}: {level}, no trend (p = {}); {scatter}\n", significant(trend.p_value, 2))
+}
+
+/// Writes the report of a table as a series.
+pub(super) fn report(
+    (table, over): (&Path, Option<&str>),
+    (title, command): (&str, &str),
+    (paper, out): (Paper, &Path),
+    json: Option<&Path>,
+) -> CommandResult {
+    let found = series(table, over).map_err(failure)?;
+    let report = SeriesReport { command: Some(command.to_owned()), paper, ..found.report(title) };
+    report.write(out).map_err(Failure::from)?;
+    let json = json::write(json, &found.json())?;
+    Ok(json.unwrap_or_else(|| format!("wrote {}\n", out.display()).into_bytes()))
 }

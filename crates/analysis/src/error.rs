@@ -26,6 +26,9 @@ pub enum AnalysisError {
     /// The force of a component cannot be found.
     #[error(transparent)]
     Component(#[from] sindyscope_component::ComponentError),
+    /// The modes of a structure cannot be found.
+    #[error(transparent)]
+    Modes(#[from] sindyscope_modes::ModesError),
     /// Components are identified and diagnosed by functions of their own.
     #[error(
         "a component without a mass has no equation of motion: its force is identified, or what the force lacks is searched for"
@@ -119,6 +122,7 @@ impl AnalysisError {
             Self::Study(error) => error.remedies(),
             Self::Search(error) => error.remedies(),
             Self::Component(error) => error.remedies(),
+            Self::Modes(error) => error.remedies(),
             Self::Prepare(_) => vec![Remedy::to_do("give other times, other steps of preparation, or another share")],
             Self::UnevenStream { .. } | Self::JitteringStream { .. } => {
                 vec![
@@ -151,6 +155,7 @@ impl AnalysisError {
             Self::Study(error) => *error == StudyError::Cancelled,
             Self::Search(error) => *error == GapError::Cancelled,
             Self::Component(error) => *error == sindyscope_component::ComponentError::Cancelled,
+            Self::Modes(error) => *error == sindyscope_modes::ModesError::Cancelled,
             _ => false,
         }
     }

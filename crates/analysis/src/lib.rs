@@ -30,6 +30,7 @@
 #![deny(missing_docs)]
 
 pub mod analyse;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod batch;
 pub mod component;
 pub mod effects;

@@ -41,6 +41,8 @@ mod sheets;
 mod table;
 mod words;
 mod write;
+#[cfg(not(target_arch = "wasm32"))]
+mod write_table;
 
 pub use arriving::{ArrivedRow, ArrivingRows};
 pub use column::{FileColumn, FileContents, Flaw};
@@ -53,6 +55,8 @@ pub use options::ReadOptions;
 pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview};
 pub use set::{join, read_files, read_opened, read_set, read_text};
 pub use write::write_csv;
+#[cfg(not(target_arch = "wasm32"))]
+pub use write_table::{TableColumn, write_parquet};
 
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@
 
 #![cfg(feature = "extension")]
 
+mod batch;
 mod error;
 mod model;
 mod record;
@@ -20,6 +21,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
 
+use batch::{NativeJournal, write_table};
 use error::{failed, rig_failed};
 use model::NativeModel;
 use record::NativeRecord;
@@ -28,9 +30,11 @@ use result::{NativeDiagnosis, NativeIdentification};
 use sindyscope_analysis::{
     AnalysisError, AnalysisRequest, KindName, MissingRequest, Progress, analyse, effects::of_file, json, search,
 };
+use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::setting::SettingForm;
 use sindyscope_files::{MeasuredFile, NamedColumn, write_csv};
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
+use sindyscope_report::modal::{diagnosis_text, modes_text};
 use sindyscope_rig::hidden::{HIDDEN_SCENARIO, HiddenOptions, hidden_records};
 use sindyscope_rig::{ScenarioOptions, generate as generated, scenarios};
 
@@ -124,6 +128,34 @@ fn diagnose(
         let diagnosis = search(&missing, &records, cancel, tell)?;
         Ok(NativeDiagnosis::new(&diagnosis, &records))
     })
+}
+
+/// Finds the modes of a structure, as many as asked for or as the data bear, and the force that they lack if that is to be searched
+/// for; the result as the command writes it, and as it prints it.
+#[pyfunction]
+fn modes(
+    py: Python<'_>,
+    fit: Sources,
+    held_out: Sources,
+    settings: Settings,
+    asked: (Option<usize>, bool),
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, String)> {
+    let request = request(&settings)?;
+    let (number, missing) = asked;
+    let (found, text) = work::done(py, progress, move |cancel, tell| {
+        let records = joined(fit, held_out, &request)?;
+        let told = |what: &'static str, share: f64| tell(Progress::Share(what, share));
+        let watch = Stopwatch::start();
+        if missing {
+            let found = sindyscope_modes::diagnose(&records, number, &told, cancel)?;
+            return Ok((json::structure::diagnosed(&found, &records, watch.milliseconds()), diagnosis_text(&found)));
+        }
+        told("looking for modes", 0.0);
+        let found = sindyscope_modes::identify(&records, number, cancel)?;
+        Ok((json::structure::identified(&found, &records, watch.milliseconds()), modes_text(&found)))
+    })?;
+    Ok((result::written(&found)?, text))
 }
 
 /// How a document is asked for.
@@ -243,11 +275,14 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NativeModel>()?;
     module.add_class::<NativeIdentification>()?;
     module.add_class::<NativeDiagnosis>()?;
+    module.add_class::<NativeJournal>()?;
     for function in [
         wrap_pyfunction!(read, module)?,
         wrap_pyfunction!(records, module)?,
         wrap_pyfunction!(identify, module)?,
         wrap_pyfunction!(diagnose, module)?,
+        wrap_pyfunction!(modes, module)?,
+        wrap_pyfunction!(write_table, module)?,
         wrap_pyfunction!(report, module)?,
         wrap_pyfunction!(generate, module)?,
         wrap_pyfunction!(scenario_names, module)?,

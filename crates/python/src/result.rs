@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::error;
 use crate::model::NativeModel;
-use sindyscope_analysis::batch::row;
+use sindyscope_analysis::batch::{diagnosis_row, row};
 use sindyscope_analysis::{Analysis, json};
 use sindyscope_report::document::{FigureSize, walk};
 use sindyscope_report::view::{Subject, View, ViewOptions};
@@ -50,7 +50,7 @@ impl NativeIdentification {
         if let Some(diagnosis) = &self.diagnosis {
             result["diagnosis"] = diagnosis.clone();
         }
-        json::text(&result).map_err(|e| error(format!("cannot write the result as JSON: {e}"), String::new()))
+        written(&result)
     }
 
     /// The row that a batch's table has of it, as JSON.
@@ -106,6 +106,11 @@ impl NativeIdentification {
     }
 }
 
+/// A result as the text that the command writes.
+pub(crate) fn written(result: &Value) -> PyResult<String> {
+    json::text(result).map_err(|e| error(format!("cannot write the result as JSON: {e}"), String::new()))
+}
+
 /// What `diagnose` found.
 #[pyclass(name = "NativeDiagnosis", module = "sindyscope._native", frozen)]
 pub(crate) struct NativeDiagnosis {
@@ -129,7 +134,12 @@ impl NativeDiagnosis {
 impl NativeDiagnosis {
     /// The result as the text that the command writes.
     fn json(&self) -> PyResult<String> {
-        json::text(&self.json).map_err(|e| error(format!("cannot write the result as JSON: {e}"), String::new()))
+        written(&self.json)
+    }
+
+    /// The row that a batch's table has of it, as JSON.
+    fn row(&self) -> String {
+        Value::Object(diagnosis_row(&self.json)).to_string()
     }
 
     /// The walk as the command prints it.

@@ -135,3 +135,27 @@ def test_errors_have_the_sentences_of_the_command(program, samples, tmp_path):
             sindyscope.identify(file, **settings)
         assert "; ".join(caught.value.args[0].splitlines()) == reason
         assert "--" not in caught.value.args[1]
+
+
+def test_modes_of_a_structure(program, tmp_path):
+    import numpy as np
+
+    # Two masses on springs, swinging freely; their accelerations.
+    t = np.arange(0.0, 20.0, 0.01)
+    random = np.random.default_rng(2)
+    motion = [np.exp(-0.15 * t) * np.cos(2 * np.pi * f * t) for f in (1.5, 4.0)]
+    a = np.stack([motion[0] + motion[1], 1.6 * motion[0] - 0.6 * motion[1]], 1) + 0.01 * random.normal(size=(len(t), 2))
+    file = tmp_path / "structure.csv"
+    np.savetxt(file, np.column_stack([t, a]), delimiter=",", header="t,a1,a2", comments="", fmt="%.17g")
+    command = told(program, "identify", file, "--base", "modes")
+    found = sindyscope.modes(file)
+    same(found.to_dict(), command)
+    assert np.allclose(found.frequencies, [1.5, 4.0], rtol=1e-3) and found.shapes.shape == (2, 2)
+    assert "Frequency" in str(found) and found.verdict is None
+    # From arrays, and as many as were asked for.
+    assert len(sindyscope.modes(t, a=a, number=1).frequencies) == 1
+    missing = sindyscope.modes(file, missing=True)
+    same(missing.to_dict(), told(program, "diagnose", file, "--base", "modes"))
+    assert missing.verdict == "nothing_missing" and missing.missing == []
+    with pytest.raises(sindyscope.Error, match="one mode at least"):
+        sindyscope.modes(file, number=0)

@@ -14,6 +14,7 @@ pub(super) fn answer(purpose: Purpose, _name: &str, _frame: &eframe::Frame) -> O
         Purpose::Open => measured().chain([PROJECT_ENDING]).collect(),
         Purpose::Add | Purpose::Locate => measured().collect(),
         Purpose::Effects => vec!["toml"],
+        Purpose::Series => vec!["csv"],
         _ => return None,
     };
     let several = matches!(purpose, Purpose::Open | Purpose::Add);

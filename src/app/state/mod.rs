@@ -7,6 +7,7 @@ mod modal;
 mod own;
 mod rig;
 mod room;
+mod series;
 mod stored;
 mod stream;
 mod views;
@@ -28,6 +29,7 @@ pub use own::OwnEffects;
 pub(crate) use rig::Page;
 pub use rig::RigState;
 pub(crate) use room::Room;
+pub use series::{SeriesForm, SeriesOver};
 use sindyscope_files::ReadOptions;
 use sindyscope_report::component::ComponentView;
 use sindyscope_report::view::View;
@@ -100,6 +102,8 @@ pub struct State {
     pub lessons: LessonProgress,
     /// The stream.
     pub stream: StreamForm,
+    /// The series.
+    pub series: SeriesForm,
 }
 
 impl Default for State {
@@ -117,6 +121,7 @@ impl Default for State {
             rig: RigState::default(),
             lessons: LessonProgress::default(),
             stream: StreamForm::default(),
+            series: SeriesForm::default(),
         }
     }
 }
@@ -167,6 +172,8 @@ impl State {
     /// The state with files open instead of what was, if there are any; what was left with them comes back.
     #[must_use]
     pub(crate) fn with_files(mut self, files: &[PathBuf]) -> Self {
+        // What is opened is what is to be seen.
+        self.series.shown &= files.is_empty();
         let source = Source::Files(files.iter().map(|file| absolute(file)).collect());
         if files.is_empty() || source == self.document.source {
             return self;

@@ -20,6 +20,7 @@ const OF_A_CHAIN: [Key; 4] = [Key::Fit, Key::Resample, Key::Answers, Key::Map];
 pub(crate) fn demand(state: &mut State, derived: &mut Derived, held: bool) -> Vec<Want> {
     run(state, derived, |update| {
         update.room();
+        update.series();
         update.columns();
         if update.of_component() {
             update.component();

@@ -7,6 +7,7 @@ mod demands;
 mod lessons;
 mod opening;
 mod results;
+mod series;
 mod stream;
 mod walk;
 
@@ -79,6 +80,7 @@ impl Update<'_> {
             Message::Walk(act) => self.walk(act),
             Message::WalkView(view) => self.state.shown.walk = *view,
             Message::Stream(act) => self.stream(act),
+            Message::Series(act) => self.series_act(act),
             Message::Rig(rig) => self.state.rig = *rig,
             Message::RigStep => self.derived.rig.note(&self.state.rig),
             Message::RigAct(act) => self.rig_act(act),
@@ -100,7 +102,10 @@ impl Update<'_> {
             WindowCommand::Sample(sample) => self.open_source(Source::Sample(sample)),
             WindowCommand::Lessons => self.show_lessons(),
             WindowCommand::Columns => self.show_columns(),
-            WindowCommand::Stream => (self.state.stream.shown, self.state.shown.room) = (true, Room::Identify),
+            WindowCommand::Stream => {
+                self.hide_series();
+                (self.state.stream.shown, self.state.shown.room) = (true, Room::Identify);
+            }
             WindowCommand::Close => self.close(),
             WindowCommand::Undo | WindowCommand::Redo if self.state.shown.room == Room::Rig => {
                 self.derived.rig.step(&mut self.state.rig, command == WindowCommand::Undo);

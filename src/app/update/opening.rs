@@ -40,11 +40,13 @@ impl Update<'_> {
 
     /// Opens a source of which nothing is known.
     pub(super) fn open_source(&mut self, source: Source) {
+        self.hide_series();
         self.open_with(Opening::of(source));
     }
 
     /// Opens files: measurements, or a project. What was left with the same files the last time comes back.
     pub(super) fn open(&mut self, paths: &[PathBuf]) {
+        self.hide_series();
         let source = Source::Files(paths.iter().map(|path| absolute(path)).collect());
         // Otherwise, whatever was open before says nothing of these files.
         let kept = self.state.kept(&source).filter(|_| source != self.state.document.source).cloned();
@@ -244,6 +246,9 @@ impl Update<'_> {
 
     /// Notes what could not be opened: it stays the source to come back to, with all that belongs to it.
     pub(super) fn not_opened(&mut self, refused: Refused) {
+        if let (Some(table), false) = (&refused.problem.series, refused.opening.goes_on) {
+            return self.open_series(table.clone());
+        }
         // The card in the left column says it for all to see.
         self.derived.notices.log(Level::Error, refused.problem.what.clone());
         self.state.recent.retain(|path| !refused.gone.contains(path));

@@ -65,6 +65,7 @@ impl Update<'_> {
             Done::Map(map) => derived.map.take(map),
             Done::Searched => derived.missing.done(),
             Done::Streamed => derived.stream.end(None),
+            Done::Series(series) => derived.series.take(series),
             Done::Pages(pages, empty) => derived.report.take(pages, empty),
             Done::Recorded(recorded) => derived.rig.take(*recorded, &mut self.state.rig),
             Done::RoundDrawn { case, hidden, description } => {
@@ -114,6 +115,7 @@ impl Update<'_> {
             Key::Pages => derived.report.fail(reason),
             Key::Rig => derived.rig.fail(reason),
             Key::Stream => derived.stream.end(Some(reason)),
+            Key::Series => derived.series.fail(reason),
             Key::DrawRound => derived.rig.class.drawn(&mut self.state.rig.class, Err(reason)),
             Key::SearchRound => derived.rig.class.searched(&mut self.state.rig.class, Err(reason)),
             Key::Figure(view) => derived.figures.fail(*view, reason),

@@ -39,6 +39,7 @@ impl App {
         match command {
             WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
             WindowCommand::OpenPath => self.dialogs.type_path(Purpose::Open, "", ""),
+            WindowCommand::Series => self.dialogs.ask(Purpose::Series, "", frame),
             WindowCommand::Demonstration => {
                 let now = SystemTime::now().duration_since(UNIX_EPOCH);
                 let seed = now.map_or(1, |d| d.as_micros() as u64);
@@ -70,6 +71,7 @@ impl App {
                 self.figure_open = !self.figure_open;
                 self.figure = missing::main_figure(&self.program.state.shown.walk);
             }
+            WindowCommand::SaveReport if self.shows_series() => self.ask_for_series_report(ReportForm::Pdf, frame),
             WindowCommand::SaveReport => {
                 self.dialogs.ask(Purpose::Report(ReportForm::Pdf), &format!("{stem}.pdf"), frame);
             }
@@ -151,7 +153,7 @@ impl App {
         };
         let replaces = asked.as_ref() == Some(&path);
         match purpose {
-            Purpose::Open => self.program.send(Message::Open(paths)),
+            Purpose::Open | Purpose::Series => self.program.send(Message::Open(paths)),
             Purpose::Add => self.program.send(Message::Add(paths)),
             Purpose::Locate => self.program.send(Message::Locate(path)),
             Purpose::Effects => self.program.want(Key::Effects, Job::Effects(path)),
@@ -182,7 +184,10 @@ impl App {
     fn content(&self, ctx: &Context, purpose: Purpose) -> Option<SavedContent> {
         let (state, derived) = (&self.program.state, &self.program.derived);
         Some(match purpose {
-            Purpose::Open | Purpose::Add | Purpose::Locate | Purpose::Effects | Purpose::Window => return None,
+            Purpose::Open | Purpose::Series | Purpose::Add | Purpose::Locate | Purpose::Effects | Purpose::Window => {
+                return None;
+            }
+            Purpose::Plot | Purpose::Report(_) if self.shows_series() => return self.series_content(ctx, purpose),
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
             Purpose::Log => SavedContent::Text(self.log()),
             Purpose::Model => SavedContent::Model(Arc::clone(derived.records.outcome.as_ref()?)),

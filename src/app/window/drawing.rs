@@ -423,6 +423,7 @@ impl App {
         let state = &self.program.state;
         let name = match state.shown.room {
             _ if !self.figure_open || !self.has_figure() => return,
+            _ if self.shows_series() => "Series",
             Room::Identify | Room::Missing if state.document.edit.component => state.shown.component.label(),
             Room::Identify if state.document.edit.base.model == BaseModel::Modes => state.shown.modal.view.label(),
             Room::Identify => state.shown.view.label(),
@@ -440,7 +441,12 @@ impl App {
             FigurePanelOutcome::Closed => self.figure_open = false,
             FigurePanelOutcome::Save => {
                 let ending = look.format.figure().ending();
-                self.dialogs.ask(Purpose::Plot, &self.file_name(name, ending), frame);
+                let offered = if self.shows_series() {
+                    format!("{}-series.{ending}", self.series_stem())
+                } else {
+                    self.file_name(name, ending)
+                };
+                self.dialogs.ask(Purpose::Plot, &offered, frame);
             }
         }
     }

@@ -180,17 +180,21 @@ fn document() -> impl Strategy<Value = DocumentOptions> {
     let sections = || select(&["equation", "response, equation"][..]).prop_map(|t| t.parse().expect("sections"));
     let effects = || select(&["own.toml", "a b.toml", "./-odd.toml"][..]).prop_map(PathBuf::from);
     let search = (any::<bool>(), proptest::option::of(list()), 0_u8..=20, proptest::option::of(effects()));
-    let look = (proptest::option::of(text()), proptest::option::of(sections()), any::<bool>());
-    (search, look).prop_map(|((diagnose, base, max_effects, effects), (title, sections, letter))| DocumentOptions {
-        out: "it's a report.html".into(),
-        diagnose,
-        base: base.filter(|_| diagnose).map(ReportBase::Terms),
-        poles: PoleOptions::default(),
-        max_effects: if diagnose { max_effects } else { MAX_EFFECTS },
-        effects: effects.filter(|_| diagnose),
-        title,
-        sections,
-        paper: if letter { PaperName::Letter } else { PaperName::A4 },
+    let look =
+        (proptest::option::of(text()), proptest::option::of(text()), proptest::option::of(sections()), any::<bool>());
+    (search, look).prop_map(|((diagnose, base, max_effects, effects), (over, title, sections, letter))| {
+        DocumentOptions {
+            out: "it's a report.html".into(),
+            diagnose,
+            base: base.filter(|_| diagnose).map(ReportBase::Terms),
+            poles: PoleOptions::default(),
+            max_effects: if diagnose { max_effects } else { MAX_EFFECTS },
+            effects: effects.filter(|_| diagnose),
+            over,
+            title,
+            sections,
+            paper: if letter { PaperName::Letter } else { PaperName::A4 },
+        }
     })
 }
 

@@ -16,19 +16,22 @@ use super::{BatchError, BatchItem, BatchPart};
 /// The version of the lines below.
 const VERSION: u32 = 1;
 
-/// The journal that one process writes.
+/// The journal that one process writes: what is done, by the records' keys.
 #[derive(Debug)]
-pub(super) struct Journal {
+pub struct Journal {
     file: File,
     path: PathBuf,
 }
 
 /// What is known of the records by their keys.
-pub(super) type Done = HashMap<String, Row>;
+pub type Done = HashMap<String, Row>;
 
 impl Journal {
     /// Opens the journal beside a table, of a part of it where there are parts, and reads what it and those of the other parts know.
-    pub(super) fn open(table: &Path, part: Option<BatchPart>, settings: &str) -> Result<(Self, Done), BatchError> {
+    ///
+    /// # Errors
+    /// It cannot be read or written, is damaged or of other settings, or another process works on it.
+    pub fn open(table: &Path, part: Option<BatchPart>, settings: &str) -> Result<(Self, Done), BatchError> {
         let mut done = Done::new();
         let path = beside(table, &part.map_or_else(String::new, |p| format!(".part-{}-of-{}", p.index, p.count)));
         for other in others(table)?.into_iter().filter(|other| *other != path) {
@@ -57,8 +60,11 @@ impl Journal {
         Ok((journal, done))
     }
 
-    /// Keeps the row of a record.
-    pub(super) fn keep(&mut self, key: &str, row: &Row) -> Result<(), BatchError> {
+    /// Keeps the row of a record, on the disk once this returns.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn keep(&mut self, key: &str, row: &Row) -> Result<(), BatchError> {
         self.line(&json!({ "key": key, "row": row }))
     }
 
@@ -70,7 +76,7 @@ impl Journal {
 }
 
 /// What tells a record, as it lies on the disk, from another one or from what it was before.
-pub(super) fn key(item: &BatchItem) -> String {
+pub fn key(item: &BatchItem) -> String {
     let stamp = |path: &Path| {
         let of = std::fs::metadata(path).ok();
         let time = of.as_ref().and_then(|m| m.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok());

@@ -2,6 +2,7 @@
 
 mod journal;
 mod list;
+mod missing;
 mod row;
 mod settings;
 mod table;
@@ -20,13 +21,17 @@ use std::thread;
 
 use crate::analyse::{Analysis, Listener, Progress, analyse};
 use crate::error::AnalysisError;
+use crate::json::diagnosed;
+use crate::missing::{MissingRequest, search};
 use crate::request::AnalysisRequest;
-use journal::{Journal, key};
+pub use journal::{Done, Journal, key};
 pub use list::{BatchItem, batch_items};
-pub use row::{Row, failed, row};
+pub use missing::missing_of_settings;
+pub use row::{Row, diagnosis_row, failed, row};
 pub use settings::settings_of_file;
 use sindyscope_core::study::Cancel;
 use sindyscope_report::document::{Arrangement, Report};
+pub use table::write_table;
 
 /// Why a batch ends without its table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -131,6 +136,8 @@ pub struct BatchRequest {
     pub items: Vec<BatchItem>,
     /// The study of each; its files are those of the record.
     pub study: AnalysisRequest,
+    /// What is searched for in place of identifying an equation; none: an equation is identified.
+    pub missing: Option<MissingRequest>,
     /// The table to write; what is done is kept in journals beside it.
     pub out: PathBuf,
     /// A folder for a report of each record.
@@ -168,9 +175,7 @@ pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: Listener<'_>) -> Res
         std::fs::create_dir_all(folder).map_err(|e| BatchError::writing(folder, &e))?;
     }
     let keys: Vec<String> = request.items.iter().map(key).collect();
-    let version = env!("CARGO_PKG_VERSION");
-    let settings = format!("{version} {:?} reports {:?}", request.study, request.reports);
-    let (journal, mut done) = Journal::open(&request.out, request.part, &settings)?;
+    let (journal, mut done) = Journal::open(&request.out, request.part, &request.settings())?;
     let mine = |k: &usize| request.part.is_none_or(|part| k % part.count == part.index - 1);
     let pending: Vec<usize> = (0..keys.len()).filter(mine).filter(|k| !done.contains_key(&keys[*k])).collect();
     let before = keys.iter().filter(|key| done.contains_key(*key)).count();
@@ -206,10 +211,27 @@ pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: Listener<'_>) -> Res
     let failed = rows.iter().filter(|(_, row)| row.get("status").is_some_and(|s| s == "failed")).count();
     let written = request.part.is_none();
     if written {
-        table::write(&request.out, &rows)?;
+        write_table(&request.out, &rows)?;
     }
     let records = keys.len();
     Ok(BatchSummary { records, now, before, failed, left: records - rows.len(), written })
+}
+
+/// What came of one record.
+enum Studied {
+    Identified(Box<Analysis>),
+    /// Its row.
+    Diagnosed(Row),
+}
+
+impl BatchRequest {
+    /// What a journal is kept by: what is done with other settings is not what is asked for.
+    pub fn settings(&self) -> String {
+        let Self { study, missing, reports, .. } = self;
+        let version = env!("CARGO_PKG_VERSION");
+        let missing = missing.as_ref().map_or_else(String::new, |missing| format!(" {missing:?}"));
+        format!("{version} {study:?} reports {reports:?}{missing}")
+    }
 }
 
 /// The row of one record, and its report if one is wanted.
@@ -220,10 +242,20 @@ fn one(request: &BatchRequest, item: &BatchItem, cancel: &Cancel) -> Result<Row,
     let mut study = request.study.clone();
     study.source.data = vec![item.data.clone()];
     study.source.test = item.test.iter().cloned().collect();
-    let analysed = || study.source.read().and_then(|records| analyse(&study, records, cancel, &|_| ()));
+    let analysed = || -> Result<Studied, AnalysisError> {
+        let records = study.source.read()?;
+        match &request.missing {
+            None => Ok(Studied::Identified(Box::new(analyse(&study, records, cancel, &|_| ())?))),
+            Some(missing) => {
+                let diagnosis = search(missing, &records, cancel, &|_| ())?;
+                Ok(Studied::Diagnosed(diagnosis_row(&diagnosed(&diagnosis, &records))))
+            }
+        }
+    };
     // One record that breaks off must not cost the others.
     match catch_unwind(AssertUnwindSafe(analysed)) {
-        Ok(Ok(analysis)) => {
+        Ok(Ok(Studied::Diagnosed(row))) => Ok(row),
+        Ok(Ok(Studied::Identified(analysis))) => {
             if let Some(folder) = &request.reports {
                 report(folder, item, &analysis)?;
             }

@@ -29,7 +29,7 @@ fn study() -> AnalysisRequest {
 
 fn request(home: &Path, out: &str, part: Option<BatchPart>) -> BatchRequest {
     let items = batch_items(&home.join("runs")).expect("records");
-    BatchRequest { items, study: study(), out: home.join(out), reports: None, part }
+    BatchRequest { items, study: study(), missing: None, out: home.join(out), reports: None, part }
 }
 
 fn run(request: &BatchRequest) -> Result<BatchSummary, BatchError> {
@@ -159,4 +159,43 @@ fn settings_are_read_from_toml_and_projects() {
     let of_project = settings_of_file(&file).expect("settings");
     assert_eq!(of_project.settings(&Settings::default()).expect("settings").terms, settings.terms);
     assert_eq!((of_project.source.reading.rate, of_project.source.preparing.steps.len()), (Some(500.0), 1));
+}
+
+#[test]
+fn a_parquet_table_is_the_same_after_a_break() {
+    let home = home();
+    let whole = request(home.path(), "table.parquet", None);
+    run(&whole).expect("done");
+    let table = fs::read(&whole.out).expect("a table");
+    assert!(table.starts_with(b"PAR1") && table.ends_with(b"PAR1"));
+    let journal = home.path().join("table.parquet.journal");
+    let text = fs::read(&journal).expect("a journal");
+    fs::write(&journal, &text[..text.len() / 2]).expect("written");
+    fs::remove_file(&whole.out).expect("removed");
+    let again = run(&whole).expect("done");
+    assert!(again.now > 0 && again.before > 0, "{again:?}");
+    assert_eq!(fs::read(&whole.out).expect("a table"), table);
+}
+
+#[test]
+fn a_batch_searches_for_what_is_missing() {
+    let home = home();
+    let asked = AnalysisRequest::named([("terms", "x, v")]).expect("settings");
+    let missing = Some(missing_of_settings(&asked, 2).expect("a search"));
+    let whole = BatchRequest { study: asked, missing, ..request(home.path(), "missing.csv", None) };
+    let whole = BatchRequest { items: whole.items[..3].to_vec(), ..whole };
+    let summary = run(&whole).expect("done");
+    assert_eq!((summary.now, summary.failed), (3, 1));
+    let table = fs::read_to_string(&whole.out).expect("a table");
+    assert!(
+        table.starts_with("record,status,error,verdict,effects,places,indistinguishable,base_train_rmse,"),
+        "{table}"
+    );
+    assert!(table.contains("coulomb_friction: F_c,coulomb_friction: F_c std_error"), "{table}");
+    assert!(table.lines().nth(2).is_some_and(|row| row.contains(",named,coulomb_friction,ground-1,")), "{table}");
+    // Its journal is not that of records that are identified.
+    let identified = BatchRequest { missing: None, ..whole };
+    assert!(matches!(run(&identified), Err(BatchError::OtherSettings(_))));
+    let refused = missing_of_settings(&study(), 2).expect_err("window is given").to_string();
+    assert!(refused.contains("`window` says how an equation is identified"), "{refused}");
 }

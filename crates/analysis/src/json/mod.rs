@@ -3,6 +3,7 @@
 mod diagnosed;
 mod effects;
 mod identified;
+pub mod structure;
 
 use serde_json::Value;
 

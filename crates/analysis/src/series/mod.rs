@@ -2,16 +2,21 @@
 //! trend, and the records that do not fit their siblings.
 
 mod figure;
+mod report;
 mod table;
 mod trend;
+mod words;
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use table::SeriesTable;
+use table::SeriesRow;
+pub use table::{SeriesTable, is_series_table};
 pub use trend::Trend;
 use trend::{Reading, fitted};
+pub use words::TrendWords;
 
 /// Fewest records that a trend is sought in: a line through fewer leaves next to nothing to judge it by.
 pub const LEAST_RECORDS: usize = 5;
@@ -100,6 +105,8 @@ pub struct Series {
     pub parameters: Vec<ParameterSeries>,
     /// The records that do not fit, in the order of the table.
     pub odd: Vec<OddRecord>,
+    /// The records' files, by the records' names, where they are still to be found.
+    pub files: BTreeMap<String, PathBuf>,
 }
 
 /// Reads a table that a batch wrote as a series over one of its columns, or in its own order.
@@ -107,29 +114,38 @@ pub struct Series {
 /// # Errors
 /// A table that cannot be read, has no such column or no parameter; an abscissa that is no number.
 pub fn series(path: &Path, over: Option<&str>) -> Result<Series, SeriesError> {
-    let table = SeriesTable::read(path, over)?;
-    let mut reasons: Vec<Vec<String>> = vec![Vec::new(); table.rows.len()];
-    for (row, reasons) in table.rows.iter().zip(&mut reasons) {
-        reasons.extend(row.failure.clone());
-    }
-    let mut parameters: Vec<ParameterSeries> =
-        table.parameters.iter().enumerate().filter_map(|(k, name)| parameter(&table, k, name, &mut reasons)).collect();
-    parameters.retain(|p| p.points.len() > 1);
-    of_other_terms(&table, &mut reasons);
-    let odd = table.rows.iter().zip(reasons).filter(|(_, reasons)| !reasons.is_empty());
-    let odd = odd.map(|(row, reasons)| OddRecord { record: row.record.clone(), reasons }).collect();
-    Ok(Series { over: over.map(str::to_owned), records: table.rows.len(), parameters, odd })
+    SeriesTable::read(path)?.series(over)
 }
 
-fn parameter(table: &SeriesTable, k: usize, name: &str, reasons: &mut [Vec<String>]) -> Option<ParameterSeries> {
-    let mut rows: Vec<usize> = (0..table.rows.len()).filter(|r| table.rows[*r].values[k].is_some()).collect();
-    rows.sort_by(|a, b| table.rows[*a].at.total_cmp(&table.rows[*b].at));
+impl SeriesTable {
+    /// The table as a series over one of its columns, or in its own order.
+    ///
+    /// # Errors
+    /// There is no such column, or one of its cells is no number.
+    pub fn series(&self, over: Option<&str>) -> Result<Series, SeriesError> {
+        let rows = self.rows(over)?;
+        let mut reasons: Vec<Vec<String>> = rows.iter().map(|row| row.failure.iter().cloned().collect()).collect();
+        let names: Vec<&str> = self.parameters().map(|(name, _)| name).collect();
+        let mut parameters: Vec<ParameterSeries> =
+            names.iter().enumerate().filter_map(|(k, name)| parameter(&rows, k, name, &mut reasons)).collect();
+        parameters.retain(|p| p.points.len() > 1);
+        of_other_terms(&rows, &names, &mut reasons);
+        let odd = rows.iter().zip(reasons).filter(|(_, reasons)| !reasons.is_empty());
+        let odd = odd.map(|(row, reasons)| OddRecord { record: row.record.clone(), reasons }).collect();
+        let (over, records) = (over.map(str::to_owned), rows.len());
+        Ok(Series { over, records, parameters, odd, files: self.files() })
+    }
+}
+
+fn parameter(rows: &[SeriesRow], k: usize, name: &str, reasons: &mut [Vec<String>]) -> Option<ParameterSeries> {
+    let mut places: Vec<usize> = (0..rows.len()).filter(|r| rows[*r].values[k].is_some()).collect();
+    places.sort_by(|a, b| rows[*a].at.total_cmp(&rows[*b].at));
     let reading = |r: &usize| {
-        let row = &table.rows[*r];
+        let row = &rows[*r];
         let (value, std_error) = row.values[k]?;
         Some(Reading { at: row.at, value, std_error })
     };
-    let readings: Vec<Reading> = rows.iter().filter_map(reading).collect();
+    let readings: Vec<Reading> = places.iter().filter_map(reading).collect();
     if readings.is_empty() {
         return None;
     }
@@ -143,17 +159,17 @@ fn parameter(table: &SeriesTable, k: usize, name: &str, reasons: &mut [Vec<Strin
                 if trend.as_ref().is_some_and(Trend::told) { "trend" } else { "mean" }
             ));
         }
-        let record = table.rows[*r].record.clone();
+        let record = rows[*r].record.clone();
         SeriesPoint { record, at: reading.at, value: reading.value, std_error: reading.std_error, outlies }
     };
-    let points = rows.iter().zip(&readings).map(point).collect();
+    let points = places.iter().zip(&readings).map(point).collect();
     Some(ParameterSeries { name: name.to_owned(), points, trend })
 }
 
 /// Names the records whose equation has other terms than that of more than half of them.
-fn of_other_terms(table: &SeriesTable, reasons: &mut [Vec<String>]) {
-    let used: Vec<&table::SeriesRow> = table.rows.iter().filter(|r| r.failure.is_none()).collect();
-    for (k, name) in table.parameters.iter().enumerate() {
+fn of_other_terms(rows: &[SeriesRow], names: &[&str], reasons: &mut [Vec<String>]) {
+    let used: Vec<&SeriesRow> = rows.iter().filter(|r| r.failure.is_none()).collect();
+    for (k, name) in names.iter().enumerate() {
         let with = used.iter().filter(|r| r.values[k].is_some()).count();
         let usual = 2 * with > used.len();
         // Where it is a matter of taste nobody is odd.
@@ -161,7 +177,7 @@ fn of_other_terms(table: &SeriesTable, reasons: &mut [Vec<String>]) {
         if used.len() < LEAST_RECORDS || others == 0 || 5 * others > used.len() {
             continue;
         }
-        for (row, reasons) in table.rows.iter().zip(&mut *reasons) {
+        for (row, reasons) in rows.iter().zip(&mut *reasons) {
             if row.failure.is_none() && row.values[k].is_some() != usual {
                 reasons.push(if usual {
                     format!("its equation lacks {name}, which {with} of {} have", used.len())
@@ -174,6 +190,16 @@ fn of_other_terms(table: &SeriesTable, reasons: &mut [Vec<String>]) {
 }
 
 impl Series {
+    /// What it goes over, in words.
+    pub fn abscissa(&self) -> &str {
+        self.over.as_deref().unwrap_or("place in the table")
+    }
+
+    /// Why a record does not fit; empty where it does.
+    pub fn reasons(&self, record: &str) -> &[String] {
+        self.odd.iter().find(|odd| odd.record == record).map_or(&[], |odd| &odd.reasons)
+    }
+
     /// The series as JSON: `parameters` with `points` and `trend`, and the records that do not fit.
     pub fn json(&self) -> Value {
         let of = |p: &ParameterSeries| {

@@ -72,3 +72,35 @@ fn what_is_wrong_with_a_table_is_said_with_its_place() {
     assert!(error.contains("amplitude"), "{error}");
     assert!(matches!(read("a,b\n1,2\n", None), Err(SeriesError::NoParameter(_))));
 }
+
+#[test]
+fn the_table_of_a_batch_is_known_by_its_head_and_says_what_was_varied() {
+    assert!(is_series_table(b"record,temperature,status,error,train_rmse,v: x,v: x std_error\n"));
+    for other in ["t,x,u\n0,1,2\n", "record,t,x\na,0,1\n", "record,status,error,v: x\n", ""] {
+        assert!(!is_series_table(other.as_bytes()), "{other}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.csv");
+    std::fs::write(
+        &path,
+        table(6, 0.5, 0.0, 3).replacen("temperature", "specimen,temperature", 1).replace("\nr", "\nr0,A"),
+    )
+    .unwrap();
+    let table = SeriesTable::read(&path).unwrap();
+    assert_eq!((table.columns(), table.varied()), (vec!["temperature", "v: x"], Some("temperature")));
+}
+
+#[test]
+fn the_report_has_the_trends_and_why_a_record_does_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = read(&(table(12, 0.8, 0.0, 1) + "odd,21,ok,,-330,0.5\n"), Some("temperature")).unwrap();
+    let path = folder.path().join("series.html");
+    found.report("A series").write(&path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let slope = found.parameters[0].words().unwrap().slope.unwrap();
+    for part in
+        ["A series", "over temperature", "v: x", &slope, "odd", "standard deviations from the trend of the others"]
+    {
+        assert!(text.contains(part), "{part}");
+    }
+}

@@ -16,8 +16,8 @@ from ._batch import Batch, batch
 from ._error import Error
 from ._native import __version__
 from ._records import Record, records
-from ._results import Diagnosis, Identification, Model, Response
-from ._study import diagnose, effects, generate, identify, read, report, scenarios
+from ._results import Diagnosis, Identification, Model, Response, Structure
+from ._study import diagnose, effects, generate, identify, modes, read, report, scenarios
 from ._estimator import SindyRegressor
 from ._pysindy import from_pysindy, to_pysindy
 
@@ -30,6 +30,7 @@ __all__ = [
     "Record",
     "Response",
     "SindyRegressor",
+    "Structure",
     "__version__",
     "batch",
     "diagnose",
@@ -37,6 +38,7 @@ __all__ = [
     "from_pysindy",
     "generate",
     "identify",
+    "modes",
     "read",
     "records",
     "report",

@@ -345,6 +345,7 @@ class Diagnosis:
         self._json = native.json()
         self._dict: dict[str, Any] = json.loads(self._json)
         self._text = native.text()
+        self._row = native.row()
         model = native.model()
         #: The final equations; None if no model could be fitted.
         self.model = None if model is None else Model(model)
@@ -357,6 +358,12 @@ class Diagnosis:
     def to_json(self) -> str:
         """The text that the command writes."""
         return self._json
+
+    def to_row(self) -> dict[str, Any]:
+        """The row that a table of many records has of it: verdict, effects, errors, and a column for each parameter and its standard
+        error."""
+        row: dict[str, Any] = json.loads(self._row)
+        return row
 
     @property
     def verdict(self) -> str:
@@ -402,3 +409,64 @@ class Diagnosis:
 
     def _repr_html_(self) -> str:
         return f"<p>{html.escape(self.sentence)}</p><pre>{html.escape(self._text)}</pre>"
+
+
+class Structure:
+    """What :func:`sindyscope.modes` found: modes with their errors, and the force that they lack where that was searched for."""
+
+    def __init__(self, result: str, text: str) -> None:
+        self._json, self._text = result, text
+        self._dict: dict[str, Any] = json.loads(result)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of the command with ``--base modes``."""
+        found: dict[str, Any] = json.loads(self._json)
+        return found
+
+    @property
+    def modes(self) -> list[dict[str, Any]]:
+        """The modes in the band that is driven: ``frequency`` (Hz), ``damping`` (ratio), ``shape`` and ``phase`` over the sensors,
+        and standard errors."""
+        return list(self.to_dict()["modes"])
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies, Hz, shape ``(modes,)``."""
+        return np.array([mode["frequency"] for mode in self._dict["modes"]], dtype=np.float64)
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios, shape ``(modes,)``."""
+        return np.array([mode["damping"] for mode in self._dict["modes"]], dtype=np.float64)
+
+    @property
+    def shapes(self) -> Array:
+        """Mode shapes, real parts, the largest of each 1: shape ``(modes, sensors)``."""
+        shapes = [np.multiply(mode["shape"], np.cos(mode["phase"])) for mode in self._dict["modes"]]
+        return np.array(shapes, dtype=np.float64)
+
+    @property
+    def records(self) -> list[dict[str, Any]]:
+        """Of each record the error of every sensor along it."""
+        return list(self.to_dict()["records"])
+
+    @property
+    def verdict(self) -> str | None:
+        """What the search for a missing force came to, as of :class:`Diagnosis`; None where there was none."""
+        said: str | None = self._dict.get("verdict")
+        return said
+
+    @property
+    def missing(self) -> list[dict[str, Any]]:
+        """The force that the modes lack, with ``effect``, ``place`` and ``parameters``; empty where there is none."""
+        return list(self.to_dict().get("steps", []))
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        listed = ", ".join(f"{f:.4g} Hz" for f in self.frequencies)
+        return f"<Structure of {len(self.frequencies)} modes: {listed}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self._text)}</pre>"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from . import _native
 from ._error import Error
 from ._records import Record, sources
-from ._results import Diagnosis, Identification
+from ._results import Diagnosis, Identification, Structure
 from ._settings import _number, of_reading, texts
 
 if TYPE_CHECKING:
@@ -123,6 +123,39 @@ def diagnose(
     known = [] if lock is None else [text for _, text in texts({"lock": lock})]
     own = None if effects is None else os.fspath(effects)
     return Diagnosis(_native.diagnose(fit, held_out, told, (_listed(terms), known, max_effects, own), progress))
+
+
+def modes(
+    t: Any,
+    x: Any = None,
+    u: Any = None,
+    *,
+    test: Any = None,
+    v: Any = None,
+    a: Any = None,
+    name: str | None = None,
+    units: Mapping[str, str] | None = None,
+    number: int | None = None,
+    missing: bool = False,
+    progress: Progress | None = None,
+    **settings: Unpack[Reading],
+) -> Structure:
+    """Finds the modes of a structure with any number of sensors, and the force that they lack: the commands' ``--base modes``.
+
+    Args:
+        t, x, u, v, a, test, name, units, progress: As for :func:`identify`; sensors in columns, shape ``(n, sensors)``.
+        number: How many modes; left out: as many as the data bear.
+        missing: Whether the force is searched for that a linear structure lacks, and where it acts; it takes longer.
+        settings: How records are read and prepared: ``columns``, ``crop``, ``prepare``, ``hold_out``, …
+
+    Raises:
+        Error: no modes can be found; ``advice`` says what to try.
+    """
+    told = texts(settings)
+    if number is not None and number < 1:
+        raise Error(f"number is {number}: a structure has one mode at least", "leave it out, and the data say how many")
+    fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
+    return Structure(*_native.modes(fit, held_out, told, (number, missing), progress))
 
 
 def report(

@@ -15,6 +15,7 @@ mod page;
 mod pdf;
 mod report;
 mod sections;
+mod series;
 mod single;
 mod style;
 mod text;
@@ -34,6 +35,7 @@ pub use arrangement::{Arrangement, Item, Paper, Section, Sections};
 pub use component::ComponentReport;
 pub use modes::ModesReport;
 pub use report::{Report, ReportError};
+pub use series::{OddRow, SeriesReport, TrendRow};
 pub use single::{FigureFormat, FigureSize};
 
 /// A search for missing effects in plain text, for a terminal.

@@ -2,6 +2,7 @@
 
 use sindyscope_modes::{Effect, Sensor, Site, Structure, StructureDiagnosis};
 use sindyscope_values::format::number::{format_measured, significant};
+use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::Usage;
 
 /// A force as a term of the equations, by the names of its sensors.
@@ -78,4 +79,57 @@ pub fn diagnosis_lines(found: &StructureDiagnosis) -> Vec<String> {
             .map(|(effect, site)| format!("These data do not tell it from: {} at {site}.", effect.title())),
     );
     lines
+}
+
+/// The modes as a table, then the errors of every sensor: what a terminal shows.
+pub fn modes_text(found: &Structure) -> String {
+    let mut out = String::from("Mode  Frequency [Hz]        Damping ratio [%]     Shape");
+    let names: Vec<&str> = found.sensors.iter().map(|s| s.name.as_str()).collect();
+    out.push_str(&format!(" ({})\n", names.join(", ")));
+    for (i, (mode, _)) in found.modes.iter().zip(&found.in_band).filter(|(_, inside)| **inside).enumerate() {
+        let frequency = format_measured(mode.frequency, mode.frequency_error);
+        let damping = format_measured(100.0 * mode.damping, mode.damping_error.map(|e| 100.0 * e));
+        let entry = |s: usize| {
+            let turned = mode.phase[s].to_degrees();
+            let phase = if turned.abs() < 1.0 { String::new() } else { format!(" ∠{turned:.0}°") };
+            format!("{}{phase}", significant(mode.shape[s], 3))
+        };
+        let shape: Vec<String> = (0..mode.shape.len()).map(entry).collect();
+        out.push_str(&format!("{:>4}  {frequency:<20}  {damping:<20}  {}\n", i + 1, shape.join(", ")));
+    }
+    let outside = found.modes.iter().zip(&found.in_band).filter(|(_, inside)| !**inside);
+    let outside: Vec<String> = outside.map(|(m, _)| significant(m.frequency, 3)).collect();
+    if !outside.is_empty() {
+        out.push_str(&format!(
+            "Outside the band that is driven the model has poles at {} Hz: they stand for what lies beyond it and for drifts.\n",
+            outside.join(", ")
+        ));
+    }
+    out.push_str(&format!("Order: {} states.\n", found.order()));
+    for (usage, what) in [(Usage::Fit, "Fitted"), (Usage::HeldOut, "Held out")] {
+        for (s, sensor) in found.sensors.iter().enumerate() {
+            if let Some(score) = found.score(s, usage) {
+                out.push_str(&format!(
+                    "{what}: {} RMSE {}, NRMSE {} %.\n",
+                    sensor.name,
+                    format_si(score.rmse, &sensor.unit, 3),
+                    significant(100.0 * score.nrmse, 3)
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// What a search came to, then the modes of the linear part: what a terminal shows.
+pub fn diagnosis_text(found: &StructureDiagnosis) -> String {
+    let mut out = String::new();
+    for (k, line) in diagnosis_lines(found).iter().enumerate() {
+        // What belongs to the force stands beneath it.
+        let indent = if found.found.is_some() && k > 1 { "  " } else { "" };
+        out.push_str(&format!("{indent}{line}\n"));
+    }
+    out.push_str(&format!("Remaining: {}.\n\nModes of the linear part:\n", remaining(found)));
+    out.push_str(&modes_text(&found.last));
+    out
 }
