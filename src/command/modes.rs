@@ -1,6 +1,6 @@
 //! Structures by their modes: the base that `identify` and `diagnose` take with `--base modes`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use serde_json::{Map, Value, json};
@@ -14,6 +14,7 @@ use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
 use sindyscope_modes::{BASE, Base, BaseModel, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis};
 use sindyscope_report::document::{ModesReport, Paper};
+use sindyscope_report::export::{ExportFormat, StateSpace};
 use sindyscope_report::modal::{diagnosis_lines, force_term, remaining};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
@@ -57,6 +58,28 @@ impl FromArgMatches for BaseOptions {
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         Self::from_arg_matches(matches).map(|new| *self = new)
+    }
+}
+
+/// What a command writes beside the text that it prints.
+pub(super) struct WrittenFiles<'a> {
+    pub(super) json: Option<&'a Path>,
+    /// The model, each in the form of its ending.
+    pub(super) export: &'a [PathBuf],
+}
+
+impl WrittenFiles<'_> {
+    /// Refuses endings that stand for no form, before the work is done.
+    fn endings(&self) -> Result<(), Failure> {
+        self.export.iter().try_for_each(|path| ExportFormat::of(path).map(|_| ()).map_err(Failure::from))
+    }
+
+    /// Exports a structure and writes the JSON; the JSON where it goes to standard output. A form that cannot hold the model takes
+    /// nothing from the others.
+    fn write(&self, space: &StateSpace<'_>, records: &RecordSet, result: &Value) -> Result<Option<Vec<u8>>, Failure> {
+        let refused: Vec<_> = self.export.iter().filter_map(|path| space.write(records, path).err()).collect();
+        let json = json::write(self.json, result)?;
+        refused.into_iter().next().map_or(Ok(json), |first| Err(Failure::from(first)))
     }
 }
 
@@ -104,9 +127,10 @@ pub(super) fn report(
 pub(super) fn identify(
     source: &RecordSource,
     base: &BaseOptions,
-    json: Option<&Path>,
+    written: &WrittenFiles<'_>,
     progress: &ProgressLine,
 ) -> CommandResult {
+    written.endings()?;
     progress.stage("reading");
     let records = source.read()?;
     progress.stage("looking for modes");
@@ -119,10 +143,8 @@ pub(super) fn identify(
     };
     let found = found.map_err(Failure::from)?;
     let fit = watch.milliseconds();
-    if let Some(json) = json::write(json, &identified(&found, &records, fit))? {
-        return Ok(json);
-    }
-    Ok(text(&found).into_bytes())
+    let json = written.write(&StateSpace::new(&found, None), &records, &identified(&found, &records, fit))?;
+    Ok(json.unwrap_or_else(|| text(&found).into_bytes()))
 }
 
 /// The result of `identify --base modes`.
@@ -263,9 +285,10 @@ pub(super) fn text(found: &Structure) -> String {
 pub(super) fn diagnose(
     source: &RecordSource,
     base: &BaseOptions,
-    json: Option<&Path>,
+    written: &WrittenFiles<'_>,
     progress: &ProgressLine,
 ) -> CommandResult {
+    written.endings()?;
     if !base.0.poles.is_empty() {
         return Err(Failure::new("a search chooses its poles itself")
             .try_this("leave --poles out, or give --modes")
@@ -277,10 +300,9 @@ pub(super) fn diagnose(
     let tell = |what: &'static str, share: f64| progress.share(what, share);
     let found = sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
     let elapsed = watch.milliseconds();
-    if let Some(json) = json::write(json, &diagnosed(&found, &records, elapsed))? {
-        return Ok(json);
-    }
-    Ok(told(&found).into_bytes())
+    let space = StateSpace::new(&found.last, found.found.as_ref());
+    let json = written.write(&space, &records, &diagnosed(&found, &records, elapsed))?;
+    Ok(json.unwrap_or_else(|| told(&found).into_bytes()))
 }
 
 /// The result of `diagnose --base modes`.

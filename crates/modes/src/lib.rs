@@ -44,6 +44,7 @@ mod screen;
 mod settings;
 mod shape;
 mod stabilization;
+mod start;
 mod study;
 mod subspace;
 
@@ -57,4 +58,5 @@ pub use pole::Pole;
 pub use settings::{BASE, BASES, Base, BaseModel};
 pub use shape::{assurance, phase_collinearity, phase_deviation};
 pub use stabilization::{ModeQuality, ProposedPole, Stability, Stabilization, scaled_shape};
+pub use start::RecordStart;
 pub use study::identify;
