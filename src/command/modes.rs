@@ -12,6 +12,7 @@ use sindyscope_analysis::RecordSource;
 use sindyscope_analysis::json::{VERSION, evidence, lasting, lasting_gap, mode, of_channel};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::{Cancel, Score};
+use sindyscope_files::positions_in;
 use sindyscope_modes::{BASE, Base, BaseModel, FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis};
 use sindyscope_report::document::{ModesReport, Paper};
 use sindyscope_report::export::{ExportFormat, StateSpace};
@@ -45,7 +46,11 @@ impl FromArgMatches for BaseOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut base = Base::default();
         table::given(matches, BASE).apply(&mut base).map_err(table::unfit)?;
-        for (given, option) in [(base.modes.is_some(), "--modes"), (!base.poles.is_empty(), "--poles")] {
+        for (given, option) in [
+            (base.modes.is_some(), "--modes"),
+            (!base.poles.is_empty(), "--poles"),
+            (!base.positions.is_empty(), "--positions"),
+        ] {
             if given && base.model != BaseModel::Modes {
                 return Err(table::unfit(format!("{option} needs --base modes")));
             }
@@ -83,6 +88,12 @@ impl WrittenFiles<'_> {
     }
 }
 
+/// The base with the positions that the first record's file tells.
+fn placed(base: &Base, records: &RecordSet) -> Base {
+    let file = records.entries.first().and_then(|(record, _)| record.source.as_deref());
+    base.clone().placed(file.and_then(positions_in).as_deref())
+}
+
 /// What a document about modes is, beside what it tells.
 pub(super) struct ReportShape<'a> {
     pub(super) title: &'a str,
@@ -105,6 +116,7 @@ pub(super) fn report(
     let records = source.read()?;
     let tell = |what: &'static str, share: f64| progress.share(what, share);
     let watch = Stopwatch::start();
+    let base = &placed(base, &records);
     let analysis = sindyscope_modes::analyse(&records, base, &tell, &Cancel::default()).map_err(Failure::from)?;
     let fit = watch.milliseconds();
     let modes = if base.poles.is_empty() { base.modes } else { Some(base.poles.len()) };

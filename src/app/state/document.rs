@@ -59,6 +59,10 @@ pub enum Sample {
     BoucWen,
     /// A mass with a tuned absorber that no sensor sees.
     Absorber,
+    /// A tower with five floors and three sensors.
+    Floors,
+    /// A cantilever whose tip is held by a joint that slips, driven softly and hard.
+    Joint,
     /// A Duffing oscillator that moves too little for its library; four times the force held out.
     Overfit,
 }

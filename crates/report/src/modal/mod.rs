@@ -19,7 +19,7 @@ use sindyscope_values::model::Mode;
 
 pub use responses::modal_averages;
 pub use unseen::before_and_after;
-pub use words::{diagnosis_lines, force_term, remaining, verdict};
+pub use words::{cluster_words, diagnosis_lines, force_term, remaining, verdict};
 
 /// One way of looking at a structure's modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
