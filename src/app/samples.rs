@@ -122,8 +122,8 @@ samples! {
         Origin::Scenario("chain", &[("seed", "1"), ("measure", "x1,x3,x5"), ("duration", "40")]), HeldOut::From(30.0);
     Joint: "Joint that slips",
         "Modes that depend on the level: a beam whose tip is held by a joint that slips, driven softly and hard",
-        Origin::Scenario("joint", &[("seed", "1"), ("measure", "x"), ("levels", "0.05,1")]),
-        HeldOut::Other(Origin::Scenario("joint", &[("seed", "2"), ("measure", "x"), ("levels", "0.5")]));
+        Origin::Scenario("joint", &[("seed", "1"), ("measure", "x"), ("levels", "0.05,10")]),
+        HeldOut::Other(Origin::Scenario("joint", &[("seed", "2"), ("measure", "x"), ("levels", "5")]));
 }
 
 impl Sample {

@@ -380,9 +380,15 @@ fn the_lesson_on_modes() {
     window.click("Identify its modes");
     look_at(&mut window, "lesson-modes");
     window.noticed(0);
-    window.choose("Number of modes", "4");
+    let number = |window: &mut Window, entry: &str| {
+        window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
+        window.settle();
+        window.0.get_by_role_and_label(Role::Button, entry).click();
+        window.settle();
+    };
+    number(&mut window, "4");
     window.noticed(1);
-    window.choose("Number of modes", "as the data bear");
+    number(&mut window, "as the data bear");
     window.noticed(2);
     window.click("Responses");
     window.noticed(3);
@@ -400,6 +406,7 @@ fn the_lesson_on_a_joint_that_slips() {
     window.noticed(0);
     let names: Vec<String> = window.app().records().entries.iter().map(|(r, _)| r.name.clone()).collect();
     window.choose(&format!("Use of record {}", names[1]), "off");
+    window.choose(&format!("Use of record {}", names[2]), "off");
     window.noticed(1);
     window.choose(&format!("Use of record {}", names[1]), "fit");
     window.choose(&format!("Use of record {}", names[0]), "off");

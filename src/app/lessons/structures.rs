@@ -59,18 +59,18 @@ pub(super) const JOINT: Lesson = Lesson {
     start: Start::Sample(Sample::Joint, View::Response),
     steps: &[
         step(
-            "The same beam was driven twice, softly and twenty times as hard. Press Identify its modes, above.",
+            "The same beam was driven softly and two hundred times as hard. Press Identify its modes, above.",
             "One set of modes was fitted to both records, and the error is far above the noise floor: no linear structure does both.",
             |c| modes(c).is_some(),
         ),
         step(
-            "Fit the soft record alone: set the use of the hard one (left, DATA, the last but one) to off.",
+            "Fit the soft record alone: set the use of the two others (left, DATA) to off.",
             "The first mode is faster, and the error is near the noise: a joint that sticks is a spring among others.",
             |c| first_mode_moved(c, |now, before| now > OTHER_FREQUENCY * before),
         ),
         step(
-            "Now the other way: set the soft record to off and fit the hard one.",
-            "The first mode is slower and damped more: a joint that slips is softer, and takes energy at every turn. A frequency that \
+            "Now the other way: set the soft record to off, and that of 10 N to fit.",
+            "The first mode is far slower and damped several times as much: a joint that slips is softer, and takes energy at every turn. A frequency that \
              falls with the level is its mark.",
             |c| first_mode_moved(c, |now, before| OTHER_FREQUENCY * now < before),
         ),

@@ -168,7 +168,7 @@ fn chain(ui: &mut Ui, settings: &mut RigSettings) {
             "" => parameter.meaning.to_owned(),
             unit => format!("{}, {unit}", parameter.meaning),
         };
-        if settings.plant.masses() > 3 && ["at", "place", "from"].contains(&parameter.name) {
+        if settings.plant.is_structure() && ["at", "place", "from"].contains(&parameter.name) {
             let range = parameter.least..=settings.plant.masses() as f64;
             let node = SliderRow {
                 spread: Spread::Linear,

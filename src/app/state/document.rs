@@ -68,6 +68,11 @@ pub enum Sample {
 }
 
 impl Sample {
+    /// True if it is a structure with several modes.
+    pub(crate) fn is_structure(self) -> bool {
+        matches!(self, Self::Floors | Self::Joint)
+    }
+
     /// Order of its equations.
     pub(crate) fn kind(self) -> Kind {
         match self {

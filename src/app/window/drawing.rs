@@ -226,6 +226,12 @@ impl App {
             edit: draft,
             suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
             of_files: matches!(state.document.source, Source::Files(_)),
+            may_be_structure: match &state.document.source {
+                Source::Files(_) => true,
+                Source::Sample(sample) => sample.is_structure(),
+                Source::Rig(settings) => settings.plant.is_structure(),
+                _ => false,
+            },
             shown: state.shown.record,
             cutting: state.shown.cutting && room == Room::Identify,
             choosing,

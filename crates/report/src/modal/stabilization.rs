@@ -46,7 +46,7 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Figure {
     if !stabilization.clusters.is_empty() {
         let extent = |c: &PoleCluster| [c.frequency.0, c.orders.0 as f64, c.orders.1 as f64];
         let extents = stabilization.clusters.iter().map(extent).collect();
-        panel.layers.push(Layer::new(Ink::Mean, "clusters", Shape::Errors(extents)));
+        panel.layers.push(Layer::new(Ink::Mean, "", Shape::Errors(extents)));
     }
     panel.guides.extend(numbered_modes(analysis).map(|(number, mode)| Guide::At {
         ink: Ink::Cursor,

@@ -35,10 +35,7 @@ fn every_view_draws_what_it_says() {
         let figure = view.figure(&subject).unwrap();
         figure.panels().flat_map(|p| p.layers.iter().map(|l| l.name.clone()).filter(|n| !n.is_empty())).collect()
     };
-    assert_eq!(
-        names(ModalView::Stabilization),
-        ["spectrum", "new", "stable frequency", "and damping", "and shape", "clusters"]
-    );
+    assert_eq!(names(ModalView::Stabilization), ["spectrum", "new", "stable frequency", "and damping", "and shape"]);
     assert_eq!(
         names(ModalView::Responses),
         ["hard", "measured", "of the modes", "missed"],

@@ -69,6 +69,11 @@ impl PlantChoice {
         }
     }
 
+    /// True if it has more modes than a chain of masses is identified with.
+    pub fn is_structure(self) -> bool {
+        matches!(self, Self::FiveMasses | Self::Beam)
+    }
+
     /// The parameters of a chain; none of one mass, which has mass, natural frequency and damping ratio.
     pub fn parameters(self) -> &'static [PlantParameter] {
         self.chain().map_or(&[], |kind| kind.parameters)
@@ -417,7 +422,7 @@ impl RigSettings {
             // Another frequency tells more than the same once more.
             ExcitationChoice::Harmonic => Excitation::harmonic(level, self.tone * if held_out { 1.2 } else { 1.0 }),
             ExcitationChoice::Multisine => {
-                let lines = if self.plant.masses() > 3 { LINES_OF_STRUCTURE } else { LINES };
+                let lines = if self.plant.is_structure() { LINES_OF_STRUCTURE } else { LINES };
                 Excitation::multisine(level, self.band, lines, seed).fading_in((1.0 / low).min(0.1 * end))
             }
             ExcitationChoice::Sweep if held_out => Excitation::sweep(level, high, low, end),
