@@ -63,10 +63,12 @@ fn linked(poles: &[ProposedPole], run: &[usize]) -> Vec<Vec<usize>> {
         let nearest = pairs.min_by(|a, b| between[a.0][a.1].total_cmp(&between[b.0][b.1]));
         let Some((i, j)) = nearest.filter(|(i, j)| between[*i][*j] <= CLUSTER_DISTANCE) else { return groups };
         let (first, second) = (groups[i].len() as f64, groups[j].len() as f64);
-        for k in 0..groups.len() {
-            let mean = (first * between[i][k] + second * between[j][k]) / (first + second);
-            (between[j][k], between[k][j]) = (mean, mean);
+        let both = |(a, b): (&f64, &f64)| (first * a + second * b) / (first + second);
+        let joined: Vec<f64> = between[i].iter().zip(&between[j]).map(both).collect();
+        for (row, mean) in between.iter_mut().zip(&joined) {
+            row[j] = *mean;
         }
+        between[j] = joined;
         let moved = groups.swap_remove(i);
         groups[j].extend(moved);
         between.swap_remove(i);
