@@ -464,3 +464,24 @@ fn a_form_that_cannot_hold_the_model_takes_nothing_from_the_others() {
         assert_eq!(here.path().join(file).is_file(), there, "{file}");
     }
 }
+
+#[test]
+fn a_structure_is_exported_by_its_modes() {
+    let here = tempfile::tempdir().expect("a folder for the test");
+    let run = |words: &[&str]| {
+        let program = Path::new(env!("CARGO_BIN_EXE_sindyscope"));
+        Command::new(program).args(words).current_dir(here.path()).output().expect("the program starts")
+    };
+    let made = run(&["generate", "chain", "--set", "n=3", "--duration", "10", "--out", "frame.csv"]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let words = ["identify", "frame.csv", "--base", "modes", "--export", "frame.c", "--export", "frame.json"];
+    let output = run(&words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(here.path().join("frame.json")).expect("a file")).expect("JSON");
+    assert_eq!((json["kind"].as_str(), json["A"].as_array().map(Vec::len)), (Some("state-space"), Some(6)));
+    let input = fs::read_to_string(here.path().join("frame_input.csv")).expect("its inputs lie beside the program");
+    assert!(input.starts_with("t,u\n0"), "{}", &input[..20]);
+    let refused = run(&["diagnose", "frame.csv", "--export", "frame.py"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--base modes"), "equations are exported by identify");
+}

@@ -809,6 +809,8 @@ fn every_sample_opens() {
         (Sample::EnergySink, 2),
         (Sample::BoucWen, 2),
         (Sample::Absorber, 2),
+        (Sample::Floors, 2),
+        (Sample::Joint, 3),
     ] {
         let window = Window::open(start(Source::Sample(sample)));
         assert_eq!(window.app().outcome().expect("fitted").records.len(), records, "{sample:?}");

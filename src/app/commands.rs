@@ -111,7 +111,7 @@ const TABLE: [Row; 31] = [
         WindowCommand::Lessons,
         "Help",
         "Lessons…",
-        "Ten short lessons on real controls, from smoothing to chaos; each notices what you do",
+        "Short lessons on real controls, from smoothing to chaos; each notices what you do",
         None,
     ),
     (WindowCommand::Close, "Files", "Close", "Close what is open; it comes back as it was left", Some((CTRL, Key::W))),

@@ -318,6 +318,9 @@ impl Work for Job {
                 Done::ComponentSearched(Arc::new(found))
             }
             Self::Modes { records, base } => {
+                // Positions that are not typed may stand in the file.
+                let file = records.entries.first().and_then(|(record, _)| record.source.as_deref());
+                let base = base.placed(file.and_then(sindyscope_files::positions_in).as_deref());
                 Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
             }
             Self::ModalSearch { records, modes } => Done::ModalSearched(Arc::new(

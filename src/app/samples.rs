@@ -117,6 +117,13 @@ samples! {
     Absorber: "Hidden absorber",
         "A mass with a tuned absorber on it that no sensor sees, under a force of many frequencies",
         Origin::Scenario("absorber", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(30.0);
+    Floors: "Tower with five floors",
+        "Modes: five floors, the displacements of three of them, under a force of many frequencies",
+        Origin::Scenario("chain", &[("seed", "1"), ("measure", "x1,x3,x5"), ("duration", "40")]), HeldOut::From(30.0);
+    Joint: "Joint that slips",
+        "Modes that depend on the level: a beam whose tip is held by a joint that slips, driven softly and hard",
+        Origin::Scenario("joint", &[("seed", "1"), ("measure", "x"), ("levels", "0.05,10")]),
+        HeldOut::Other(Origin::Scenario("joint", &[("seed", "2"), ("measure", "x"), ("levels", "5")]));
 }
 
 impl Sample {
@@ -124,7 +131,7 @@ impl Sample {
     pub(crate) const OWN: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
 
     /// The oscillators that courses begin with; the first four stand beside the program's own where there is room.
-    pub(crate) const CLASSICS: [Self; 16] = [
+    pub(crate) const CLASSICS: [Self; 18] = [
         Self::VanDerPol,
         Self::DoubleWell,
         Self::Pendulum,
@@ -141,6 +148,8 @@ impl Sample {
         Self::EnergySink,
         Self::BoucWen,
         Self::Absorber,
+        Self::Floors,
+        Self::Joint,
     ];
 
     /// Every sample.

@@ -15,10 +15,11 @@ use super::state::ClassCase;
 use super::state::ViewState;
 use super::views::{self, MapProgress, Picture, Seen, View};
 use sindyscope_core::study::{Outcome, SettingsGrid};
+use sindyscope_modes::{ModalAnalysis, StructureDiagnosis};
 use sindyscope_report::document::{FigureFormat, SeriesReport};
-use sindyscope_report::export;
+use sindyscope_report::export::{self, ExportError, StateSpace};
 use sindyscope_system::fs;
-use sindyscope_values::record::Record;
+use sindyscope_values::record::{Record, RecordSet};
 
 /// What is saved, and where.
 #[derive(Debug)]
@@ -38,6 +39,8 @@ pub(crate) enum SavedContent {
     Project(Box<Project>),
     /// The model, in the form that the file's ending says.
     Model(Arc<Outcome>),
+    /// A structure by its modes, in the form that the file's ending says.
+    Structure(Box<StructureModel>),
     /// A picture of a view.
     View(Box<ViewPicture>),
     /// A figure that is drawn already, as SVG, with its title.
@@ -56,6 +59,32 @@ pub(crate) enum SavedContent {
     StreamRecord(Arc<Record>),
     /// The report of a series, as what the file's ending says.
     Series(Box<SeriesReport>),
+}
+
+/// A structure to be exported, with the records that its programs run along.
+#[derive(Debug)]
+pub(crate) struct StructureModel {
+    pub(crate) of: StructureResult,
+    pub(crate) records: RecordSet,
+}
+
+/// Where a structure comes from.
+#[derive(Debug)]
+pub(crate) enum StructureResult {
+    /// Its modes alone.
+    Modes(Arc<ModalAnalysis>),
+    /// The search for the force that they lack.
+    WithForce(Arc<StructureDiagnosis>),
+}
+
+impl StructureModel {
+    fn write(&self, path: &Path) -> Result<Vec<PathBuf>, ExportError> {
+        let space = match &self.of {
+            StructureResult::Modes(analysis) => StateSpace::new(&analysis.structure, None),
+            StructureResult::WithForce(found) => StateSpace::new(&found.last, found.found.as_ref()),
+        };
+        space.write(&self.records, path)
+    }
 }
 
 /// A picture of a view.
@@ -99,6 +128,7 @@ impl Saving {
         let written = match content {
             SavedContent::Project(project) => project.save(&path).map(|()| vec![path])?,
             SavedContent::Model(outcome) => export::write(&outcome, &path).map_err(|e| e.to_string())?,
+            SavedContent::Structure(model) => model.write(&path).map_err(|e| e.to_string())?,
             SavedContent::View(picture) => {
                 figure(&path, picture.view.label(), || picture.svg())?;
                 vec![path]

@@ -223,6 +223,15 @@ impl App {
         self.program.state.document.edit.component
     }
 
+    /// True if there is a model that *Export model…* can write.
+    fn exports_model(&self) -> bool {
+        let derived = &self.program.derived;
+        if self.by_modes() {
+            return derived.modal.analysis().is_some();
+        }
+        derived.records.outcome.is_some() && !self.of_component()
+    }
+
     /// True if there is something that a picture can show.
     fn has_figure(&self) -> bool {
         let derived = &self.program.derived;

@@ -38,6 +38,12 @@ pub(super) struct DiagnoseOptions {
     #[command(flatten)]
     settings: StudySettings,
 
+    /// With --base modes: write the structure and the force that was found to take along, in the form that the name's ending
+    /// says: .tex .txt .json .py .m .mo .c; beside a program also the first record's time and inputs (…_input.csv). May be
+    /// given several times
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    export: Vec<PathBuf>,
+
     /// Write the result as JSON (`-`: to standard output, and nothing else there)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     json: Option<PathBuf>,
@@ -105,7 +111,13 @@ pub(super) fn run(options: &DiagnoseOptions, progress: &ProgressLine) -> Command
                 .try_this("leave it out, or leave out --base modes")
                 .into());
         }
-        return modes::diagnose(source, &options.base, options.json.as_deref(), progress);
+        let written = modes::WrittenFiles { json: options.json.as_deref(), export: &options.export };
+        return modes::diagnose(source, &options.base, &written, progress);
+    }
+    if !options.export.is_empty() {
+        return Err(Failure::new("diagnose exports structures alone (--base modes)")
+            .try_this("add the effect's terms to --terms of identify, which exports equations")
+            .into());
     }
     let effects = options.effects.as_deref().map(effects::of_file).transpose()?.unwrap_or_default();
     let DiagnoseOptions { terms, lock, max_effects, settings, .. } = options;

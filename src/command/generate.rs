@@ -33,7 +33,7 @@ pub(super) struct GenerateOptions {
     /// Seed of the noise and of a multisine's phases
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// What is measured of the motion: x, v or a of every mass, or of one (x1,a2)
+    /// What is measured of the motion: x, v or a of every mass (or node), or of one (x1,a2)
     #[arg(long, value_name = "CHANNEL,…", value_delimiter = ',')]
     measure: Option<Vec<String>>,
     /// Noise on every channel of the motion: a standard deviation (1e-5) or a share of the peak (1%)
@@ -66,6 +66,9 @@ pub(super) struct GenerateOptions {
     /// Amplitude of the input (of each tone), or the displacement that the plant is released from
     #[arg(long, value_name = "A", value_parser = finite, allow_hyphen_values = true)]
     amplitude: Option<f64>,
+    /// Amplitudes of a multisine, one record for each, with other phases in every one
+    #[arg(long, value_name = "A,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
+    levels: Option<Vec<f64>>,
     /// Frequencies of the tones, or the two ends of a sweep or band, Hz
     #[arg(long, value_name = "HZ,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
     frequencies: Option<Vec<f64>>,
@@ -104,6 +107,7 @@ impl GenerateOptions {
             duration: self.duration,
             settle: self.settle,
             amplitude: self.amplitude,
+            levels: self.levels.clone(),
             frequencies: self.frequencies.clone(),
             together: self.together,
             lines: self.lines,

@@ -57,7 +57,8 @@ pub(super) fn run(options: &IdentifyOptions, progress: &ProgressLine) -> Command
                 .into());
         }
         let source = &options.study.request.source;
-        return modes::identify(source, &options.base, options.study.json.as_deref(), progress);
+        let written = modes::WrittenFiles { json: options.study.json.as_deref(), export: &options.export };
+        return modes::identify(source, &options.base, &written, progress);
     }
     if options.study.request.source.reading.kind == KindName::Component {
         return component::identify(&options.study.request, &options.export, options.study.json.as_deref(), progress);

@@ -375,6 +375,50 @@ fn the_lesson_on_hysteresis() {
 }
 
 #[test]
+fn the_lesson_on_modes() {
+    let mut window = Window::begin_lesson("Modes of a structure");
+    window.click("Identify its modes");
+    look_at(&mut window, "lesson-modes");
+    window.noticed(0);
+    let number = |window: &mut Window, entry: &str| {
+        window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
+        window.settle();
+        window.0.get_by_role_and_label(Role::Button, entry).click();
+        window.settle();
+    };
+    number(&mut window, "4");
+    window.noticed(1);
+    number(&mut window, "as the data bear");
+    window.noticed(2);
+    window.click("Responses");
+    window.noticed(3);
+    window.click("Shapes");
+    look_at(&mut window, "lesson-modes-shapes");
+    window.noticed(4);
+    window.finish("modes");
+}
+
+#[test]
+fn the_lesson_on_a_joint_that_slips() {
+    let mut window = Window::begin_lesson("A joint that slips");
+    window.click("Identify its modes");
+    look_at(&mut window, "lesson-joint");
+    window.noticed(0);
+    let names: Vec<String> = window.app().records().entries.iter().map(|(r, _)| r.name.clone()).collect();
+    window.choose(&format!("Use of record {}", names[1]), "off");
+    window.choose(&format!("Use of record {}", names[2]), "off");
+    window.noticed(1);
+    window.choose(&format!("Use of record {}", names[1]), "fit");
+    window.choose(&format!("Use of record {}", names[0]), "off");
+    window.noticed(2);
+    window.click("What's missing");
+    window.click("Find what's missing");
+    look_at(&mut window, "lesson-joint-missing");
+    window.noticed(3);
+    window.finish("joint");
+}
+
+#[test]
 fn a_classic_is_opened_by_its_name_from_the_welcome_page_the_menu_and_the_rig() {
     let opened = |window: &Window| window.app().state().document.source.clone();
     let mut window = Window::open(start(Source::Nothing));

@@ -34,6 +34,7 @@ mod guess;
 mod heading;
 mod options;
 mod overview;
+mod positions;
 mod selection;
 mod set;
 mod shared_units;
@@ -53,6 +54,7 @@ pub use format::{FileFormat, ReadColumns};
 pub use formats::FORMATS;
 pub use options::ReadOptions;
 pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview};
+pub use positions::{position_comments, positions_in};
 pub use set::{join, read_files, read_opened, read_set, read_text};
 pub use write::write_csv;
 #[cfg(not(target_arch = "wasm32"))]

@@ -4,6 +4,7 @@ use super::error::ModesError;
 use super::identify::{PathRequest, Split, linear, path};
 use super::measurement::{Measurement, Series};
 use super::outcome::Structure;
+use super::position::of_sensors;
 use super::settings::Base;
 use super::stabilization::{ModeQuality, Stabilization};
 use super::study::structure;
@@ -19,6 +20,8 @@ pub struct ModalAnalysis {
     pub stabilization: Stabilization,
     /// What the diagram says of each mode, in the structure's order.
     pub quality: Vec<ModeQuality>,
+    /// `positions[sensor]`: one or two coordinates; empty where not every sensor has a position.
+    pub positions: Vec<Vec<f64>>,
     /// The series of every record, in the order of [`Structure::records`].
     pub records: Vec<ModalRecord>,
 }
@@ -52,7 +55,7 @@ impl ModalRecord {
 /// As [`super::identify`]; with poles in `base` the modes are fitted from these, and none is chosen.
 ///
 /// # Errors
-/// Records that do not go together or show no oscillation; cancelled.
+/// A position of a sensor that there is not; records that do not go together or show no oscillation; cancelled.
 pub fn analyse(
     records: &RecordSet,
     base: &Base,
@@ -60,6 +63,7 @@ pub fn analyse(
     cancel: &Cancel,
 ) -> Result<ModalAnalysis, ModesError> {
     let measurement = Measurement::new(records, cancel)?;
+    let positions = of_sensors(&base.positions, &measurement.sensors)?;
     tell("Looking for modes", 0.0);
     let found = if base.poles.is_empty() {
         let split = Split::new(&measurement);
@@ -92,5 +96,5 @@ pub fn analyse(
     let fitted = measurement.fitted.iter().zip(&found.residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));
     let unseen = measurement.held_out.iter().zip(&found.residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left));
     let records = fitted.chain(unseen).collect();
-    Ok(ModalAnalysis { structure, stabilization, quality, records })
+    Ok(ModalAnalysis { structure, stabilization, quality, positions, records })
 }

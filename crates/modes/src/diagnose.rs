@@ -19,6 +19,7 @@ use super::motion::PARTS;
 use super::outcome::Structure;
 use super::pole::{self, Pole};
 use super::screen::{Candidate, Screen, SiteKind, deviation};
+use super::start::RecordStart;
 use super::study::{in_band, noise_floor, record_fits, structure};
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
@@ -238,6 +239,15 @@ struct Unseen {
     residuals: Vec<Vec<Vec<f64>>>,
     forces: Vec<Vec<f64>>,
     error: f64,
+}
+
+/// A model with a force as plain values, the slowest mode first.
+struct ToldModel {
+    modes: Vec<Mode>,
+    participation: Vec<Vec<f64>>,
+    drives: Vec<f64>,
+    parameters: Vec<ForceParameter>,
+    starts: Vec<RecordStart>,
 }
 
 type Chosen = (Fitted, Lead, Vec<(Effect, Site)>, Vec<(Effect, Site, f64)>);
@@ -729,7 +739,8 @@ impl ForceSearch<'_> {
         let Fitted { candidate, model, course, residuals, .. } = best;
         let sensors = &self.measurement.sensors;
         let unit = force_unit(self.measurement, candidate.site);
-        let (modes, participation, drives, parameters) = self.told_closed(&model, &course, &residuals, &unit);
+        let ToldModel { modes, participation, drives, parameters, starts } =
+            self.told_closed(&model, &course, &residuals, &unit);
         let structure = Structure {
             sensors: sensors.clone(),
             inputs: self.measurement.inputs.clone(),
@@ -737,20 +748,14 @@ impl ForceSearch<'_> {
             modes,
             participation,
             noise_floor: noise_floor(self.measurement),
-            records: record_fits(self.measurement, self.split, &residuals),
+            records: record_fits(self.measurement, self.split, &residuals, &starts),
         };
         let found =
             FoundForce { effect: candidate.effect, site: candidate.site, parameters, drives, lead, rivals, tried };
         (structure, found)
     }
 
-    fn told_closed(
-        &self,
-        model: &ClosedModel,
-        course: &Course,
-        residuals: &Residuals,
-        unit: &str,
-    ) -> (Vec<Mode>, Vec<Vec<f64>>, Vec<f64>, Vec<ForceParameter>) {
+    fn told_closed(&self, model: &ClosedModel, course: &Course, residuals: &Residuals, unit: &str) -> ToldModel {
         let (sensors, inputs) = (&self.measurement.sensors, &self.measurement.inputs);
         let parts = if model.effect.is_of_velocity() { PARTS } else { 2 };
         let of = course.along(sensors, &self.split.fitted, parts);
@@ -765,7 +770,8 @@ impl ForceSearch<'_> {
         let mut order: Vec<usize> = (0..model.modes()).collect();
         order.sort_by(|a, b| model.poles[*a].omega.total_cmp(&model.poles[*b].omega));
         let (mut all, mut participation, mut drives) = (Vec::new(), Vec::new(), Vec::new());
-        for i in order {
+        let mut sizes = Vec::new();
+        for &i in &order {
             let shape: Vec<f64> = model.shape[i].iter().zip(sensors).map(|(p, s)| p * s.scale).collect();
             let reference = DVector::from_vec(shape.clone()).iamax();
             let largest = shape[reference];
@@ -787,6 +793,7 @@ impl ForceSearch<'_> {
             });
             participation.push(inputs.iter().enumerate().map(|(j, u)| model.drive[i][j] * largest / u.scale).collect());
             drives.push(-model.sign * model.coupling(i) * largest / model.unit);
+            sizes.push(largest);
         }
         let size = model.sign * (0..model.modes()).map(|i| model.coupling(i).powi(2)).sum::<f64>() / model.unit;
         let size_error = covariance.as_ref().map(|c| {
@@ -824,7 +831,8 @@ impl ForceSearch<'_> {
                 unit: unit.to_owned(),
             });
         }
-        (all, participation, drives, parameters)
+        let starts = RecordStart::closed(sensors, model, course, (&order, &sizes));
+        ToldModel { modes: all, participation, drives, parameters, starts }
     }
 }
 

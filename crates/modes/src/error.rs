@@ -34,6 +34,14 @@ pub enum ModesError {
         /// The channel.
         channel: String,
     },
+    /// A position is given for a sensor that there is not.
+    #[error("a position is given for `{sensor}`, and no sensor has that name: there are {known}")]
+    UnknownSensor {
+        /// The name.
+        sensor: String,
+        /// The sensors' names.
+        known: String,
+    },
     /// No oscillation was found.
     #[error("no mode was found: nothing in these records swings freely or answers the inputs as a structure does")]
     NoMode,
@@ -59,6 +67,7 @@ impl ModesError {
                 Remedy::to_do("give records that last twenty periods of the slowest mode"),
                 Remedy::columns([("u", "NAME")]),
             ],
+            Self::UnknownSensor { .. } => vec![Remedy::to_do("give the positions by the channels' names, or none")],
             Self::NothingToFit | Self::Cancelled => Vec::new(),
         }
     }

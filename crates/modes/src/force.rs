@@ -50,7 +50,7 @@ impl Effect {
     }
 
     /// True if it depends on the velocity, else on the displacement.
-    pub(crate) fn is_of_velocity(self) -> bool {
+    pub fn is_of_velocity(self) -> bool {
         matches!(self, Self::CoulombFriction | Self::QuadraticDamping)
     }
 

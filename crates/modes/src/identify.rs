@@ -13,6 +13,7 @@ use super::limits::{
 use super::linear::{ForceSeries, LinearFit, Pool, Task};
 use super::measurement::{Measurement, Sensor, Series};
 use super::pole::Pole;
+use super::start::RecordStart;
 use super::subspace::{self, Channels};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
@@ -244,6 +245,8 @@ pub(crate) struct Linear {
     pub(crate) modes: Vec<Mode>,
     /// `participation[mode][input]`: what a unit of the input drives the mode with, whose shape's largest entry is one.
     pub(crate) participation: Vec<Vec<f64>>,
+    /// How each fitted record begins.
+    pub(crate) starts: Vec<RecordStart>,
 }
 
 /// Refines poles on all fitted records.
@@ -259,8 +262,8 @@ pub(crate) fn linear(measurement: &Measurement, poles: &[Pole], cancel: &Cancel)
         unseen: if measurement.held_out.is_empty() { Vec::new() } else { unseen.unseen(&fit).ok_or_else(failed)? },
         unknowns: unknowns(measurement, &fit.poles),
     };
-    let (modes, participation) = modes(measurement, &task, &fit, &residuals);
-    Ok(Linear { residuals, modes, participation })
+    let FittedModes { modes, participation, starts } = modes(measurement, &task, &fit, &residuals);
+    Ok(Linear { residuals, modes, participation, starts })
 }
 
 /// Times that a residual's correlation makes an estimate's variance larger than that of as many independent samples.
@@ -279,19 +282,20 @@ pub(crate) fn inflation(residual: &[f64]) -> f64 {
     sum
 }
 
-/// Modes with standard errors, the slowest first, and what each input drives them with.
-pub(crate) fn modes(
-    measurement: &Measurement,
-    task: &Task<'_>,
-    fit: &LinearFit,
-    residuals: &Residuals,
-) -> (Vec<Mode>, Vec<Vec<f64>>) {
+/// Modes with standard errors, the slowest first, what each input drives them with, and how each record begins.
+struct FittedModes {
+    modes: Vec<Mode>,
+    participation: Vec<Vec<f64>>,
+    starts: Vec<RecordStart>,
+}
+
+fn modes(measurement: &Measurement, task: &Task<'_>, fit: &LinearFit, residuals: &Residuals) -> FittedModes {
     let sensors = &measurement.sensors;
     let inflated: f64 = residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>()
         / residuals.fitted.iter().flatten().count().max(1) as f64;
     let variance = fit.squares / (fit.samples.saturating_sub(residuals.unknowns)).max(1) as f64 * inflated;
     let covariance = task.pole_covariance(fit);
-    let mut all: Vec<(Mode, Vec<f64>)> = Vec::new();
+    let mut all = Vec::new();
     for (i, pole) in fit.poles.iter().enumerate() {
         let error = |k: usize| {
             let value = covariance.as_ref().map(|c| (c[(k, k)] * variance).sqrt());
@@ -314,10 +318,14 @@ pub(crate) fn modes(
             shape_error: errors,
             phase,
         };
-        all.push((mode, participation));
+        all.push((mode, participation, i, shape));
     }
     all.sort_by(|a, b| a.0.frequency.total_cmp(&b.0.frequency));
-    all.into_iter().unzip()
+    let order: Vec<usize> = all.iter().map(|(.., i, _)| *i).collect();
+    let shapes: Vec<Vec<Complex<f64>>> = all.iter().map(|(.., shape)| shape.clone()).collect();
+    let starts = RecordStart::linear(measurement, task, fit, (&order, &shapes));
+    let (modes, participation) = all.into_iter().map(|(mode, participation, ..)| (mode, participation)).unzip();
+    FittedModes { modes, participation, starts }
 }
 
 /// An angle and the one turned by half a turn are the same line: from −π/2 to π/2.

@@ -29,6 +29,7 @@
 
 mod analysis;
 mod closed;
+mod cluster;
 mod diagnose;
 mod error;
 mod force;
@@ -40,21 +41,26 @@ mod measurement;
 mod motion;
 mod outcome;
 mod pole;
+mod position;
 mod screen;
 mod settings;
 mod shape;
 mod stabilization;
+mod start;
 mod study;
 mod subspace;
 
 pub use analysis::{ModalAnalysis, ModalRecord, analyse};
+pub use cluster::PoleCluster;
 pub use diagnose::{ForceParameter, FoundForce, StructureDiagnosis, UnseenRecord, diagnose};
 pub use error::ModesError;
 pub use force::{Effect, Site};
 pub use measurement::{Input, Quantity, Sensor};
 pub use outcome::{RecordFit, Structure};
 pub use pole::Pole;
+pub use position::{SensorPosition, position_text, positions};
 pub use settings::{BASE, BASES, Base, BaseModel};
 pub use shape::{assurance, phase_collinearity, phase_deviation};
 pub use stabilization::{ModeQuality, ProposedPole, Stability, Stabilization, scaled_shape};
+pub use start::RecordStart;
 pub use study::identify;

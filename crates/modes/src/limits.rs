@@ -72,6 +72,12 @@ pub(crate) const SPURIOUS_COLLINEARITY: f64 = 0.5;
 pub(crate) const SPURIOUS_DEVIATION: f64 = 0.35;
 /// Damping ratio of a pole above which it is no oscillation of a structure.
 pub(crate) const SPURIOUS_DAMPING: f64 = 0.2;
+/// Mean distance up to which stable poles are one cluster: logarithm of the frequencies' ratio, plus one minus the assurance.
+pub(crate) const CLUSTER_DISTANCE: f64 = 0.05;
+/// Fewest poles of a cluster: what stays for fewer orders is chance.
+pub(crate) const CLUSTER_ORDERS: usize = 5;
+/// Most poles that are clustered together; a distance is kept for each pair.
+pub(crate) const MOST_CLUSTERED: usize = 400;
 /// Logarithm of the frequency within which poles of the diagram stand for a mode, and their least modal assurance with it.
 pub(crate) const OF_MODE: f64 = 0.02;
 pub(crate) const OF_MODE_ASSURANCE: f64 = 0.7;

@@ -173,11 +173,15 @@ impl Measurement {
         Ok(Self { sensors, inputs: driving.into_iter().map(|(_, i)| i).collect(), fitted, held_out })
     }
 
-    /// The sensor that shows a place best: its displacement before its velocity before its acceleration.
     pub(crate) fn sensor_at(&self, place: usize) -> Option<usize> {
-        let at_place = self.sensors.iter().enumerate().filter(|(_, s)| s.place() == place);
-        at_place.min_by_key(|(_, s)| s.quantity).map(|(k, _)| k)
+        sensor_at(&self.sensors, place)
     }
+}
+
+/// The sensor that shows a place best: its displacement before its velocity before its acceleration.
+pub(crate) fn sensor_at(sensors: &[Sensor], place: usize) -> Option<usize> {
+    let at_place = sensors.iter().enumerate().filter(|(_, s)| s.place() == place);
+    at_place.min_by_key(|(_, s)| s.quantity).map(|(k, _)| k)
 }
 
 fn measured(record: &Record, role: Role) -> Result<&Channel, ModesError> {

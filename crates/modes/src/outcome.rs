@@ -4,7 +4,8 @@ use sindyscope_core::study::Score;
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::Usage;
 
-use super::measurement::{Input, Sensor};
+use super::measurement::{self, Input, Sensor};
+use super::start::RecordStart;
 
 /// A structure as a sum of modes: `qᵢ″ + 2ζᵢωᵢ qᵢ′ + ωᵢ² qᵢ = Σⱼ bᵢⱼ uⱼ`; a sensor shows `Σᵢ φᵢ qᵢ`, or its first or second derivative.
 #[derive(Clone, Debug)]
@@ -40,6 +41,8 @@ pub struct RecordFit {
     pub interval: f64,
     /// One score a sensor, in its unit.
     pub scores: Vec<Score>,
+    /// How it begins; none of a record held out.
+    pub start: Option<RecordStart>,
 }
 
 impl Structure {
@@ -51,6 +54,11 @@ impl Structure {
     /// The number, from one, by which a mode in the band is known: those outside are not counted.
     pub fn mode_number(&self, index: usize) -> usize {
         self.in_band.iter().take(index + 1).filter(|inside| **inside).count()
+    }
+
+    /// The number of the sensor that shows a place best: its displacement before its velocity before its acceleration.
+    pub fn sensor_at(&self, place: usize) -> Option<usize> {
+        measurement::sensor_at(&self.sensors, place)
     }
 
     /// The scores of one sensor over all records of a usage together; none where there is none.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::pole::Pole;
+use super::position::{SensorPosition, position_text, positions};
 use sindyscope_core::setting::{NamedValue, Setting, SettingForm, change, named};
 
 /// What equations are made of before anything is missing.
@@ -26,6 +27,20 @@ pub struct Base {
     pub modes: Option<usize>,
     /// Poles chosen by hand, from which the modes are fitted; empty where the data choose them.
     pub poles: Vec<Pole>,
+    /// Where the sensors stand; empty where that is not known, or the records' files say it.
+    pub positions: Vec<SensorPosition>,
+}
+
+impl Base {
+    /// These settings with the positions that a file's comments tell, where none are given; what is no position there tells
+    /// nothing.
+    #[must_use]
+    pub fn placed(mut self, comments: Option<&str>) -> Self {
+        if let (true, Some(Ok(told))) = (self.positions.is_empty(), comments.map(positions)) {
+            self.positions = told;
+        }
+        self
+    }
 }
 
 /// The base models.
@@ -98,6 +113,18 @@ pub static BASE: &[Setting<Base>] = &[
         },
         ..Setting::BLANK
     },
+    Setting {
+        name: "positions",
+        label: "Positions",
+        title: "positions of the sensors",
+        group: "Base model",
+        help: "Where the sensors stand, for the drawing of shapes: one or two coordinates of each, NAME=X,Y;NAME=X,Y;…",
+        default: "as the file's comments say, `# position: a1=0,0.5`",
+        form: SettingForm::One("NAME=X,Y;…"),
+        read: |text| positions(text).map(|positions| change(move |b: &mut Base| b.positions.clone_from(&positions))),
+        write: |b| Some(position_text(&b.positions)).filter(|t| !t.is_empty()).into_iter().collect(),
+        ..Setting::BLANK
+    },
 ];
 
 /// A pole as it is written: `9.2:0.01`.
@@ -124,8 +151,12 @@ mod tests {
 
     #[test]
     fn poles_are_read_as_they_are_said() {
-        let base =
-            Base { model: BaseModel::Modes, modes: None, poles: vec![Pole::at(9.2, 0.0125), Pole::at(31.0, 0.004)] };
+        let base = Base {
+            model: BaseModel::Modes,
+            modes: None,
+            poles: vec![Pole::at(9.2, 0.0125), Pole::at(31.0, 0.004)],
+            ..Base::default()
+        };
         let words = told(BASE, &base, &Base::default());
         let said = words.iter().map(|(setting, text)| Said::new(setting, text).expect("it is read"));
         let mut again = Base::default();

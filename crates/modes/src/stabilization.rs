@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, SymmetricEigen};
 use realfft::RealFftPlanner;
 
+use super::cluster::{PoleCluster, clusters};
 use super::limits::{
     DIAGRAM_ORDERS, OF_MODE, OF_MODE_ASSURANCE, POLE_RATES, SPECTRUM_SAMPLES, SPECTRUM_SEGMENTS, SPURIOUS_COLLINEARITY,
     SPURIOUS_DAMPING, SPURIOUS_DEVIATION, STABLE_DAMPING, STABLE_FREQUENCY, STABLE_SHAPE,
@@ -22,6 +23,8 @@ use sindyscope_values::model::Mode;
 pub struct Stabilization {
     /// The poles of every order, at each rate at which they were looked for.
     pub poles: Vec<ProposedPole>,
+    /// The stable poles in clusters, the lowest frequency first.
+    pub clusters: Vec<PoleCluster>,
     /// Frequencies of the spectrum, Hz; the constant part is left out.
     pub frequencies: Vec<f64>,
     /// `singular_values[k][line]`: the k-th singular value of the responses' spectral matrix, averaged over the fitted records,
@@ -72,6 +75,8 @@ pub struct ModeQuality {
     pub deviation: Option<f64>,
     /// Poles near it that are stable in frequency, damping and shape.
     pub stable: usize,
+    /// The largest cluster of stable poles near it, by its place in [`Stabilization::clusters`].
+    pub cluster: Option<usize>,
 }
 
 impl Stabilization {
@@ -81,7 +86,8 @@ impl Stabilization {
         let poles: Vec<Vec<ProposedPole>> =
             rates.par_iter().map(|rate| proposed(&records, &measurement.sensors, *rate, cancel)).collect();
         let (frequencies, singular_values) = spectra(&measurement.fitted);
-        Self { poles: poles.into_iter().flatten().collect(), frequencies, singular_values }
+        let poles: Vec<ProposedPole> = poles.into_iter().flatten().collect();
+        Self { clusters: clusters(&poles), poles, frequencies, singular_values }
     }
 
     /// What the diagram says of a mode.
@@ -92,6 +98,9 @@ impl Stabilization {
                 && (p.pole.frequency() / mode.frequency).ln().abs() < OF_MODE
                 && (shape.len() < 2 || assurance(&p.shape, &shape) > OF_MODE_ASSURANCE)
         };
+        let of_mode = |c: &PoleCluster| c.members.iter().filter(|k| near(&&self.poles[**k])).count();
+        let numbered = self.clusters.iter().map(of_mode).enumerate().filter(|(_, count)| *count > 0);
+        let cluster = numbered.max_by_key(|(_, count)| *count).map(|(k, _)| k);
         let near: Vec<&ProposedPole> = self.poles.iter().filter(near).collect();
         let middle = |of: fn(&ProposedPole) -> Option<f64>| {
             let mut all: Vec<f64> = near.iter().filter_map(|p| of(p)).collect();
@@ -102,6 +111,7 @@ impl Stabilization {
             collinearity: middle(|p| p.collinearity),
             deviation: middle(|p| p.deviation),
             stable: near.iter().filter(|p| p.stability == Stability::Whole).count(),
+            cluster,
         }
     }
 }

@@ -7,6 +7,7 @@ use super::limits::BAND_MARGIN;
 use super::measurement::{Measurement, Series};
 use super::outcome::{RecordFit, Structure};
 use super::screen::driven_band;
+use super::start::RecordStart;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::{Cancel, Score};
 use sindyscope_values::model::Mode;
@@ -35,7 +36,7 @@ pub(crate) fn structure(measurement: &Measurement, linear: &Linear) -> Structure
         modes: linear.modes.clone(),
         participation: linear.participation.clone(),
         noise_floor: noise_floor(measurement),
-        records: record_fits(measurement, &Split::whole(measurement), &linear.residuals),
+        records: record_fits(measurement, &Split::whole(measurement), &linear.residuals, &linear.starts),
     }
 }
 
@@ -56,9 +57,15 @@ pub(crate) fn noise_floor(measurement: &Measurement) -> Option<f64> {
     all.get(all.len() / 2).map(|noise| noise * measurement.sensors[0].scale)
 }
 
-/// Scores of every record that a model was fitted to or that was held out of it; `split` are the records that the residuals are of.
-pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &Residuals) -> Vec<RecordFit> {
-    let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>| RecordFit {
+/// Scores of every record that a model was fitted to or that was held out of it; `split` are the records that the residuals are of,
+/// `starts` how the fitted ones begin.
+pub(crate) fn record_fits(
+    measurement: &Measurement,
+    split: &Split,
+    residuals: &Residuals,
+    starts: &[RecordStart],
+) -> Vec<RecordFit> {
+    let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>, start: Option<RecordStart>| RecordFit {
         name: series.name.clone(),
         usage,
         samples: series.len(),
@@ -69,8 +76,10 @@ pub(crate) fn record_fits(measurement: &Measurement, split: &Split, residuals: &
                 Some(score.scaled(measurement.sensors[s].scale))
             })
             .collect(),
+        start,
     };
-    let fitted = split.fitted.iter().zip(&residuals.fitted).map(|(s, left)| of(Usage::Fit, s, left));
-    let unseen = split.unseen.iter().zip(&residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left));
+    let fitted = split.fitted.iter().zip(&residuals.fitted).enumerate();
+    let fitted = fitted.map(|(k, (s, left))| of(Usage::Fit, s, left, starts.get(k).cloned()));
+    let unseen = split.unseen.iter().zip(&residuals.unseen).map(|(s, left)| of(Usage::HeldOut, s, left, None));
     fitted.chain(unseen).collect()
 }

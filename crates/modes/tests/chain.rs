@@ -187,7 +187,7 @@ fn every_mode_is_a_stable_column_of_the_diagram_and_noise_is_none() {
 fn modes_are_fitted_from_poles_that_are_given() {
     let records = tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]);
     let poles = truth().into_iter().take(2).map(|(f, _, _)| Pole::at(1.01 * f, 0.02)).collect();
-    let base = Base { model: BaseModel::Modes, modes: None, poles };
+    let base = Base { model: BaseModel::Modes, poles, ..Base::default() };
     let found = analyse(&records, &base, &|_, _| {}, &Cancel::default()).unwrap().structure;
     assert_eq!(found.modes.len(), 2);
     for (mode, (frequency, _, _)) in found.modes.iter().zip(truth()) {

@@ -45,6 +45,7 @@ mod scenarios;
 mod sensor;
 mod setup;
 mod smooth_phase;
+mod structures;
 mod truth;
 mod wave;
 mod words;

@@ -34,6 +34,8 @@ pub struct ScenarioOptions {
     pub settle: Option<f64>,
     /// Amplitude of the input (of each tone), or the displacement from which the plant is released.
     pub amplitude: Option<f64>,
+    /// Amplitudes of a multisine, one record for each, with other phases in every one.
+    pub levels: Option<Vec<f64>>,
     /// Frequencies of the tones, or the two ends of a sweep or band, Hz.
     pub frequencies: Option<Vec<f64>>,
     /// All tones in one record.
@@ -66,6 +68,7 @@ impl ScenarioOptions {
             ("duration", number(&self.duration)),
             ("settle", number(&self.settle)),
             ("amplitude", number(&self.amplitude)),
+            ("levels", self.levels.as_deref().map(list)),
             ("frequencies", self.frequencies.as_deref().map(list)),
             ("together", self.together.then(String::new)),
             ("lines", self.lines.map(|n| n.to_string())),
@@ -98,6 +101,7 @@ impl ScenarioOptions {
                 "duration" => options.duration = Some(number("duration", text)?),
                 "settle" => options.settle = Some(number("settle", text)?),
                 "amplitude" => options.amplitude = Some(number("amplitude", text)?),
+                "levels" => options.levels = Some(numbers("levels")?),
                 "frequencies" => options.frequencies = Some(numbers("frequencies")?),
                 "together" => options.together = true,
                 "lines" => options.lines = Some(number("lines", text)?),

@@ -8,7 +8,7 @@ use super::scenarios::{Scenario, ScenarioExcitation};
 use super::sensor::{Noise, Sensor};
 use super::setup::{MeasuredChannel, MeasuredQuantity, RecordDrive, Sensors, Setup};
 use super::wave::Harmonic;
-use super::words::per_second;
+use super::words::{per_second, short};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Kind, Layout, Symbol};
 
@@ -20,6 +20,8 @@ const FEWEST_SAMPLES: f64 = 10.0;
 const LONGEST: f64 = 1e5;
 /// The largest amplitude, initial value or parameter.
 const LARGEST: f64 = 1e9;
+/// From the seed of one record's phases to that of the next: far from the seeds that people give.
+const OTHER_PHASES: u64 = 0x9e37_79b9;
 /// The most frequencies or lines.
 const MOST_TONES: usize = 2000;
 
@@ -103,6 +105,8 @@ impl CheckedScenario {
             high_pass: high_pass.unwrap_or(of_motion.high_pass),
             ..watch(of_motion, options.noise)
         };
+        let parameters = parameters(scenario, options)?;
+        let layout = (scenario.plant.build)(&parameters).smooth.layout;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -110,12 +114,12 @@ impl CheckedScenario {
         )]
         let count = samples as usize;
         Ok(Self {
-            parameters: parameters(scenario, options)?,
-            initial: initial(scenario, options, amplitude)?,
+            initial: initial(scenario, options, amplitude, layout)?,
             sampling: SampleTimes { start: settle, interval: 1.0 / rate, count },
             records,
             shaken,
-            measured: measured(scenario, options)?,
+            measured: measured(scenario, options, layout)?,
+            parameters,
             sensor,
             input_sensor: watch(scenario.input_sensor, options.input_noise),
         })
@@ -130,8 +134,10 @@ impl CheckedScenario {
             let inputs = vec![excitation; layout.inputs];
             RecordDrive::new(record.name.clone(), inputs, self.initial.clone(), self.sampling)
         };
+        let places = self.places();
+        let number = |role: &Role| places.iter().position(|p| *p == role.index()).unwrap_or(0);
         let mut channels: Vec<MeasuredChannel> =
-            self.measured.iter().map(|role| self.motion_channel(scenario, &layout, *role)).collect();
+            self.measured.iter().map(|role| self.motion_channel(scenario, &layout, *role, number(role))).collect();
         if self.records.iter().any(|record| record.excitation.is_some()) {
             let (role, name) = (Role::Input(0), layout.name(Symbol::Input(0)));
             let unit = scenario.plant.units.1;
@@ -146,19 +152,35 @@ impl CheckedScenario {
         }
     }
 
-    /// The channel of a mass's displacement, velocity or acceleration, or of a state.
-    fn motion_channel(&self, scenario: &Scenario, layout: &Layout, role: Role) -> MeasuredChannel {
+    /// The masses that are measured, in order: channels count them without a hole.
+    pub(super) fn places(&self) -> Vec<usize> {
+        let mut places: Vec<usize> = self.measured.iter().map(|role| role.index()).collect();
+        places.sort_unstable();
+        places.dedup();
+        places
+    }
+
+    /// The channel of a mass's displacement, velocity or acceleration, or of a state, by the number of its place among those
+    /// that are measured.
+    fn motion_channel(&self, scenario: &Scenario, layout: &Layout, role: Role, number: usize) -> MeasuredChannel {
         let unit = scenario.plant.units.0;
         let n = layout.freedoms;
         let (name, unit, quantity) = match role {
-            Role::Velocity(i) => (layout.name(Symbol::Rate(i)), per_second(unit, 1), MeasuredQuantity::State(n + i)),
+            Role::Velocity(i) => {
+                (layout.name(Symbol::Rate(number)), per_second(unit, 1), MeasuredQuantity::State(n + i))
+            }
             Role::Acceleration(i) => {
-                let name = layout.name(Symbol::State(i)).replacen('x', "a", 1);
+                let name = layout.name(Symbol::State(number)).replacen('x', "a", 1);
                 (name, per_second(unit, 2), MeasuredQuantity::Rate(n + i))
             }
             Role::Displacement(i) | Role::Input(i) => {
-                (layout.name(Symbol::State(i)), unit.to_owned(), MeasuredQuantity::State(i))
+                (layout.name(Symbol::State(number)), unit.to_owned(), MeasuredQuantity::State(i))
             }
+        };
+        let role = match role {
+            Role::Velocity(_) => Role::Velocity(number),
+            Role::Acceleration(_) => Role::Acceleration(number),
+            Role::Displacement(_) | Role::Input(_) => Role::Displacement(number),
         };
         MeasuredChannel::new(name, role, unit, quantity, self.sensor)
     }
@@ -173,6 +195,8 @@ fn refuse_idle_options(scenario: &Scenario, options: &ScenarioOptions) -> Result
         ("frequencies", options.frequencies.is_some() && !shaken, "has no excitation"),
         ("input-noise", options.input_noise.is_some() && !shaken, "has no input"),
         ("together", options.together && *excitation_kind != ScenarioExcitation::Tones, "has no separate tones"),
+        ("levels", options.levels.is_some() && *excitation_kind != ScenarioExcitation::Multisine, "is no multisine"),
+        ("amplitude", options.levels.is_some() && options.amplitude.is_some(), "has its levels"),
         ("lines", options.lines.is_some() && *excitation_kind != ScenarioExcitation::Multisine, "is no multisine"),
         (
             "ramp",
@@ -205,9 +229,8 @@ fn parameters(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<f64>
 }
 
 /// The channels of the motion that are asked for.
-fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>, RigError> {
+fn measured(scenario: &Scenario, options: &ScenarioOptions, layout: Layout) -> Result<Vec<Role>, RigError> {
     let option = "measure";
-    let layout = scenario.plant().smooth.layout;
     let names: Vec<&str> = match &options.measure {
         Some(given) => given.iter().map(|name| name.trim()).collect(),
         None if scenario.measures.is_empty() => vec!["x"],
@@ -240,8 +263,16 @@ fn measured(scenario: &Scenario, options: &ScenarioOptions) -> Result<Vec<Role>,
     if roles.is_empty() { bad(option, "name at least one channel") } else { Ok(roles) }
 }
 
-fn initial(scenario: &Scenario, options: &ScenarioOptions, amplitude: f64) -> Result<Vec<f64>, RigError> {
+fn initial(
+    scenario: &Scenario,
+    options: &ScenarioOptions,
+    amplitude: f64,
+    layout: Layout,
+) -> Result<Vec<f64>, RigError> {
     let mut state = scenario.initial.to_vec();
+    if state.is_empty() {
+        state.resize(layout.states(), 0.0);
+    }
     if scenario.excitation_kind == ScenarioExcitation::Release {
         if options.initial.is_some() && options.amplitude.is_some() {
             return bad("initial", "a release has either an amplitude or an initial state");
@@ -331,12 +362,42 @@ fn shake(
             if !(1..=MOST_TONES).contains(&lines) {
                 return bad("lines", format!("{lines} is out of bounds: give a number from 1 to {MOST_TONES}"));
             }
-            let words = format!(
-                "multisine, {lines} harmonics from {low:?} to {high:?} Hz, RMS of one tone of {amplitude:?} {unit}, phases of seed {}{ramped}",
-                options.seed
-            );
-            let excitation = Excitation::multisine(amplitude, (low, high), lines, options.seed).fading_in(ramp);
-            (single(Some(excitation)), words)
+            let multisine = |amplitude: f64, seed: u64| {
+                Some(Excitation::multisine(amplitude, (low, high), lines, seed).fading_in(ramp))
+            };
+            let told = |size: &str, phases: &str| {
+                format!(
+                    "multisine, {lines} harmonics from {low:?} to {high:?} Hz, RMS of one tone of {size} {unit}, phases of seed {}{phases}{ramped}",
+                    options.seed
+                )
+            };
+            match options.levels.as_deref() {
+                None => (single(multisine(amplitude, options.seed)), told(&format!("{amplitude:?}"), "")),
+                Some(levels) => {
+                    let sizes: Vec<String> = levels.iter().map(|l| format!("{l:?}")).collect();
+                    let words = told(&sizes.join(", "), " and others after the first record, one record each");
+                    (at_levels(levels, options.seed, unit, multisine)?, words)
+                }
+            }
         }
     })
+}
+
+/// One record for each level, each with phases of its own.
+fn at_levels(
+    levels: &[f64],
+    seed: u64,
+    unit: &str,
+    excitation: impl Fn(f64, u64) -> Option<Excitation>,
+) -> Result<Vec<RequestedRecord>, RigError> {
+    let mut records: Vec<RequestedRecord> = Vec::new();
+    for (k, level) in levels.iter().enumerate() {
+        let level = within("levels", *level, 0.0, LARGEST)?;
+        let name = format!("{} {}", short(level), unit);
+        // The same level again is another record of it.
+        let name = if records.iter().any(|r| r.name == name) { format!("{name}, {}", k + 1) } else { name };
+        let seed = seed.wrapping_add(OTHER_PHASES.wrapping_mul(k as u64));
+        records.push(RequestedRecord { name, excitation: excitation(level, seed) });
+    }
+    if records.is_empty() { bad("levels", "give at least one") } else { Ok(records) }
 }

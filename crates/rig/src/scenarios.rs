@@ -6,6 +6,7 @@ use super::classics::CLASSICS;
 use super::plant::Plant;
 use super::plants::{DUFFING, FRICTION, LORENZ, PlantKind, PlantParameter, THREE_MASSES, TWO_MASSES};
 use super::sensor::{Noise, Sensor};
+use super::structures::{BEAM, BEAM_ON_BASE, CHAIN, CHAIN_ON_BASE};
 
 /// How a scenario sets its plant in motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ pub struct Scenario {
     pub frequencies: &'static [f64],
     /// Number of harmonics of a multisine.
     pub lines: usize,
-    /// State at t = 0: displacements, then velocities. A release begins at its amplitude instead.
+    /// State at t = 0: displacements, then velocities; at rest where none is given. A release begins at its amplitude instead.
     pub initial: &'static [f64],
     /// What is measured of the motion, as in [`super::ScenarioOptions::measure`]; every displacement (or state) where nothing is said.
     pub measures: &'static [&'static str],
@@ -258,7 +259,66 @@ const TWO_MASSES_SHAKEN: Scenario = Scenario {
     ..BASIS
 };
 
-static SCENARIOS: LazyLock<Vec<&'static Scenario>> = LazyLock::new(|| OWN.iter().chain(&CLASSICS).collect());
+const BEAM_SHAKEN: Scenario = Scenario {
+    name: "beam",
+    summary: "cantilever of n elements, multisine force at a node, accelerometers; cubic=, friction=, stop=, joint= add a force at place",
+    excitation_kind: ScenarioExcitation::Multisine,
+    // Between samples the forces of a band are a smooth curve where there are eight or more a period.
+    rate: 1000.0,
+    duration: 10.0,
+    amplitude: 1.0,
+    frequencies: &[1.0, 120.0],
+    lines: 240,
+    initial: &[],
+    measures: &["a2", "a4", "a6"],
+    sensor: ACCELEROMETER,
+    plant: &BEAM,
+    ..BASIS
+};
+
+const CHAIN_SHAKEN: Scenario = Scenario {
+    name: "chain",
+    summary: "chain of n masses, multisine force on one, accelerometers; cubic=, friction=, stop=, joint= add a force at place",
+    rate: 200.0,
+    duration: 40.0,
+    amplitude: 3.0,
+    frequencies: &[0.5, 18.0],
+    measures: &["a"],
+    plant: &CHAIN,
+    ..BEAM_SHAKEN
+};
+
+/// One per cent of noise, as of a good accelerometer on a structure that moves well.
+const ACCELEROMETER: Sensor = Sensor { noise: Noise::ShareOfRms(0.01), ..Sensor::PERFECT };
+
+static STRUCTURES: [Scenario; 5] = [
+    CHAIN_SHAKEN,
+    Scenario {
+        name: "chain-base",
+        summary: "the same, shaken at its ground",
+        amplitude: 1e-3,
+        plant: &CHAIN_ON_BASE,
+        ..CHAIN_SHAKEN
+    },
+    BEAM_SHAKEN,
+    Scenario {
+        name: "beam-base",
+        summary: "the same, shaken at its clamp",
+        amplitude: 1e-5,
+        plant: &BEAM_ON_BASE,
+        ..BEAM_SHAKEN
+    },
+    Scenario {
+        name: "joint",
+        summary: "cantilever whose tip is held by a joint that slips (Bouc-Wen), multisine force at a node, accelerometers",
+        measures: &["a"],
+        changed: &[("n", 4.0), ("place", 4.0), ("joint", 150.0), ("slip", 0.4)],
+        ..BEAM_SHAKEN
+    },
+];
+
+static SCENARIOS: LazyLock<Vec<&'static Scenario>> =
+    LazyLock::new(|| OWN.iter().chain(&STRUCTURES).chain(&CLASSICS).collect());
 
 /// Every scenario of the rig.
 pub fn scenarios() -> &'static [&'static Scenario] {

@@ -102,6 +102,36 @@ fn scenario_options() -> Vec<(&'static str, ScenarioOptions)> {
         ("begun", ScenarioOptions { initial: Some(vec![0.004, -0.01]), duration: Some(3.0), ..none() }),
         ("stiffer", ScenarioOptions { parameters: vec![("k".into(), 300.0)], duration: Some(3.0), ..none() }),
         ("rubbing", ScenarioOptions { parameters: vec![("F12".into(), 0.5)], duration: Some(3.0), ..none() }),
+        (
+            "joint between nodes",
+            ScenarioOptions {
+                seed: 5,
+                measure: text(&["x2", "a3"]),
+                levels: Some(vec![0.5, 2.0, 2.0]),
+                parameters: [
+                    ("n", 4.0),
+                    ("place", 4.0),
+                    ("from", 2.0),
+                    ("joint", 300.0),
+                    ("slip", 0.5),
+                    ("cubic", 1e4),
+                ]
+                .map(|(name, value)| (name.to_owned(), value))
+                .to_vec(),
+                duration: Some(2.0),
+                ..none()
+            },
+        ),
+        (
+            "stops and friction",
+            ScenarioOptions {
+                parameters: [("place", 2.0), ("stop", 2e3), ("gap", 1e-4), ("friction", 0.2)]
+                    .map(|(name, value)| (name.to_owned(), value))
+                    .to_vec(),
+                duration: Some(2.0),
+                ..none()
+            },
+        ),
         ("too long", ScenarioOptions { duration: Some(1e9), ..none() }),
     ]
 }

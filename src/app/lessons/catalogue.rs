@@ -2,6 +2,7 @@
 
 use super::lesson::{Course, Exercise, Lesson, Start};
 use super::oscillators::{HYSTERESIS, PARAMETRIC, SELF_EXCITATION};
+use super::structures::{JOINT, MODES};
 use crate::app::state::{Room, Sample};
 use crate::app::views::View;
 use sindyscope_core::study::Scaling;
@@ -302,6 +303,8 @@ pub(crate) static LESSONS: &[Lesson] = &[
     SELF_EXCITATION,
     PARAMETRIC,
     HYSTERESIS,
+    MODES,
+    JOINT,
     Lesson {
         id: "chaos",
         title: "Chaos and its horizon",

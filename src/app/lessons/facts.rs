@@ -3,6 +3,7 @@
 use crate::app::state::Room;
 use crate::app::views::View;
 use sindyscope_core::study::{Outcome, Settings};
+use sindyscope_report::modal::ModalView;
 use sindyscope_rig::RigSettings;
 
 /// A term that was found.
@@ -62,6 +63,15 @@ impl FitFacts {
     }
 }
 
+/// What is found of a structure's modes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ModesFacts {
+    /// Of each mode in the driven band, Hz.
+    pub(crate) frequencies: Vec<f64>,
+    /// Their number was given, or the poles were chosen in the stabilization diagram.
+    pub(crate) by_hand: bool,
+}
+
 /// What the window shows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facts {
@@ -74,6 +84,12 @@ pub(crate) struct Facts {
     pub(crate) settings: Settings,
     /// What Identify found; none while it has found nothing.
     pub(crate) identify: Option<FitFacts>,
+    /// What was found of a structure's modes; none where the base is a chain, or they are not of the settings as they stand.
+    pub(crate) modes: Option<ModesFacts>,
+    /// The view of modes in Identify.
+    pub(crate) modal_view: ModalView,
+    /// The verdict on what the modes lack.
+    pub(crate) modal_verdict: Option<&'static str>,
     /// Length of the smoothing segment in main periods.
     pub(crate) segment: Option<f64>,
     /// A look for missing effects has come to its end.

@@ -8,10 +8,11 @@ mod facts;
 mod lesson;
 mod oscillators;
 mod panel;
+mod structures;
 
 use super::state::{LessonPosition, LessonProgress};
 pub(crate) use catalogue::LESSONS;
-pub(crate) use facts::{Facts, FitFacts};
+pub(crate) use facts::{Facts, FitFacts, ModesFacts};
 use lesson::Course;
 pub(crate) use lesson::{Lesson, Start};
 pub(crate) use panel::{LessonAct, list, show};
@@ -82,7 +83,7 @@ mod tests {
                 assert!(step.task.len() < 330 && step.seen.len() < 330, "{}: step {index} is too long", lesson.id);
             }
         }
-        assert_eq!(names.len(), 13);
+        assert_eq!(names.len(), 15);
     }
 
     #[test]

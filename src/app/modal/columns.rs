@@ -8,7 +8,8 @@ use crate::app::state::{Edit, ModalShown};
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{Headline, card, headlines, line, row, section};
 use sindyscope_core::setting::Setting;
-use sindyscope_modes::{BASE, Base, ModalAnalysis, ModeQuality, Structure};
+use sindyscope_modes::{BASE, Base, ModalAnalysis, ModeQuality, PoleCluster, Structure, position_text, positions};
+use sindyscope_report::modal::cluster_words;
 use sindyscope_values::format::number::{format_measured, plain, significant};
 use sindyscope_values::format::units::{format_si, raised};
 use sindyscope_values::model::Mode;
@@ -47,6 +48,35 @@ pub(crate) fn controls(ui: &mut Ui, edit: &mut Edit) {
             }
         });
     }
+    positions_row(ui, base);
+}
+
+/// Where the sensors stand, as typed; it is taken over where it can be read.
+fn positions_row(ui: &mut Ui, base: &mut Base) {
+    let Some(setting) = BASE.iter().find(|s: &&Setting<Base>| s.name == "positions") else { return };
+    let id = egui::Id::unique("positions of the sensors");
+    let kept = position_text(&base.positions);
+    let mut text: String = ui.data(|d| d.get_temp(id)).unwrap_or_else(|| kept.clone());
+    let read = positions(&text);
+    row(ui, "Positions", setting.help, |ui| {
+        let field = egui::TextEdit::singleline(&mut text).hint_text("a1=0,0.5; a2=0,1").desired_width(f32::INFINITY);
+        let response = ui.add(field).accessible_name("Positions of the sensors");
+        match &read {
+            // Once it is left, what was typed counts.
+            Ok(read) if response.lost_focus() => {
+                base.positions.clone_from(read);
+                ui.data_mut(|d| d.remove::<String>(id));
+            }
+            _ if response.has_focus() || read.is_err() => {
+                ui.data_mut(|d| d.insert_temp(id, text.clone()));
+            }
+            _ => ui.data_mut(|d| d.remove::<String>(id)),
+        }
+    });
+    if let Err(problem) = &read {
+        let color = theme::accents(ui.visuals().dark_mode).wrong;
+        ui.add(Label::new(RichText::new(problem).color(color).size(12.0)).wrap());
+    }
 }
 
 /// Draws the right column; a click on a mode shows its shape alone.
@@ -65,7 +95,12 @@ pub(crate) fn findings(ui: &mut Ui, room: &ModalRoom, shown: &mut ModalShown) {
     };
     ui.add_enabled_ui(!room.is_stale(), |ui| {
         fit(ui, analysis);
-        let of = ShownModes { title: "MODES", structure: &analysis.structure, quality: &analysis.quality };
+        let of = ShownModes {
+            title: "MODES",
+            structure: &analysis.structure,
+            quality: &analysis.quality,
+            clusters: &analysis.stabilization.clusters,
+        };
         modes(ui, &of, shown);
         errors(ui, analysis);
         ui.add_space(8.0);
@@ -113,18 +148,22 @@ pub(super) struct ShownModes<'a> {
     pub(super) structure: &'a Structure,
     /// What the stabilization diagram says of each; empty where there is none.
     pub(super) quality: &'a [ModeQuality],
+    /// The clusters that those speak of.
+    pub(super) clusters: &'a [PoleCluster],
 }
 
 /// A row for each mode: frequency, damping, how nearly all sensors swing in one phase.
 pub(super) fn modes(ui: &mut Ui, of: &ShownModes<'_>, shown: &mut ModalShown) {
-    let ShownModes { title, structure, quality } = *of;
+    let ShownModes { title, structure, quality, clusters } = *of;
     section(ui, title, |_| {}, |_| {});
     columns(ui, ["", "frequency (Hz)", "damping (%)", "MPC"].map(|t| RichText::new(t).weak().size(11.0)));
     let all = structure.modes.iter().enumerate();
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
         for (k, mode) in all.clone().filter(|(k, _)| structure.in_band[*k]) {
-            mode_row(ui, (k, structure.mode_number(k)), mode, quality.get(k), shown);
+            let quality = quality.get(k);
+            let cluster = quality.and_then(|q| clusters.get(q.cluster?));
+            mode_row(ui, (k, structure.mode_number(k)), mode, (quality, cluster), shown);
         }
     });
     let outside: Vec<String> =
@@ -141,7 +180,7 @@ fn mode_row(
     ui: &mut Ui,
     (index, number): (usize, usize),
     mode: &Mode,
-    quality: Option<&ModeQuality>,
+    (quality, cluster): (Option<&ModeQuality>, Option<&PoleCluster>),
     shown: &mut ModalShown,
 ) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
@@ -173,8 +212,9 @@ fn mode_row(
         Some(ModeQuality { stable, deviation, .. }) => {
             let deviation =
                 deviation.map_or_else(String::new, |d| format!(", mean phase deviation {:.1}°", d.to_degrees()));
+            let cluster = cluster.map_or_else(String::new, |c| format!("\n{}", cluster_words(c)));
             format!(
-                "{stable} stable poles of the stabilization diagram lie near it{deviation}; a click shows its shape alone"
+                "{stable} stable poles of the stabilization diagram lie near it{deviation}; a click shows its shape alone{cluster}"
             )
         }
     };

@@ -159,7 +159,12 @@ pub(crate) fn missing_findings(ui: &mut Ui, room: &ModalRoom, shown: &mut ModalS
         if let Some(analysis) = room.analysis() {
             modes(
                 ui,
-                &ShownModes { title: "MODES", structure: &analysis.structure, quality: &analysis.quality },
+                &ShownModes {
+                    title: "MODES",
+                    structure: &analysis.structure,
+                    quality: &analysis.quality,
+                    clusters: &analysis.stabilization.clusters,
+                },
                 shown,
             );
         }
@@ -174,7 +179,11 @@ pub(crate) fn missing_findings(ui: &mut Ui, room: &ModalRoom, shown: &mut ModalS
         }
         ui.weak("as the acceleration that it makes at its place");
     }
-    modes(ui, &ShownModes { title: "MODES WITHOUT THE FORCE", structure: &found.last, quality: &[] }, shown);
+    modes(
+        ui,
+        &ShownModes { title: "MODES WITHOUT THE FORCE", structure: &found.last, quality: &[], clusters: &[] },
+        shown,
+    );
 }
 
 /// The figure before and after as SVG; none while nothing was found.

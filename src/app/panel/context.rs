@@ -41,6 +41,8 @@ pub(crate) struct PanelContext<'a> {
     pub(crate) suggestion: &'a Settings,
     /// Whether the records come from files, whose columns can be chosen.
     pub(crate) of_files: bool,
+    /// Whether they may be of a structure with several modes: measured ones always, of the program's own those that are.
+    pub(crate) may_be_structure: bool,
     /// The record that the views show.
     pub(crate) shown: usize,
     /// Whether the whole record is shown above the plots, to be cut.

@@ -89,9 +89,9 @@ pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
             context.asks.push(PanelAct::Kind(kind));
         }
     });
-    // What the program brings along are masses.
-    let files = context.of_files || context.edit.base.model == BaseModel::Modes;
-    if kind == Kind::SecondOrder && files {
+    // Most that the program brings along are masses.
+    let chosen = context.may_be_structure || context.edit.base.model == BaseModel::Modes;
+    if kind == Kind::SecondOrder && chosen {
         base(ui, context);
     }
 }

@@ -10,7 +10,7 @@ use sindyscope_modes::BaseModel;
 
 pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
     // What the program brings along are masses.
-    let reason = if context.of_files { reason_for_modes(context.data, context.edit) } else { None };
+    let reason = if context.may_be_structure { reason_for_modes(context.data, context.edit) } else { None };
     let Some(reason) = reason else { return };
     let accent = theme::accents(ui.visuals().dark_mode).accent;
     ui.add_space(4.0);

@@ -52,6 +52,12 @@ fn plant(ui: &mut Ui, settings: &mut RigSettings, acts: &mut Vec<RigAct>) {
         (PlantChoice::OneMass, "one mass", "A mass on a spring and a damper, with any effect of the catalogue"),
         (PlantChoice::TwoMasses, "two masses", "Two masses in a chain; a force acts on the first"),
         (PlantChoice::ThreeMasses, "three masses", "Three masses in a chain; a force acts on the first"),
+        (
+            PlantChoice::FiveMasses,
+            "five masses",
+            "Five masses in a chain; a force acts on one, and an effect at a place",
+        ),
+        (PlantChoice::Beam, "beam", "A cantilever of six elements; a force acts on a node, and an effect at a place"),
     ];
     if let Some(plant) = combo(ui, "Plant", "What is tested", settings.plant, &plants) {
         *settings = settings.clone().with_plant(plant);
@@ -158,9 +164,26 @@ fn chain(ui: &mut Ui, settings: &mut RigSettings) {
         // Springs to the last ground, dampers and friction may be missing.
         let masslike = parameter.unit == "kg";
         let own = if parameter.value > 0.0 { parameter.value } else { size_of(parameter.unit) };
-        let tooltip = format!("{}, {}", parameter.meaning, parameter.unit);
+        let tooltip = match parameter.unit {
+            "" => parameter.meaning.to_owned(),
+            unit => format!("{}, {unit}", parameter.meaning),
+        };
+        if settings.plant.is_structure() && ["at", "place", "from"].contains(&parameter.name) {
+            let range = parameter.least..=settings.plant.masses() as f64;
+            let node = SliderRow {
+                spread: Spread::Linear,
+                grid: 1.0,
+                suggestion: Some(parameter.value),
+                ..SliderRow::new(parameter.name, &tooltip, range)
+            };
+            if node.show(ui, &mut value) {
+                settings.chain.insert(parameter.name.to_owned(), value);
+            }
+            continue;
+        }
+        let spoken = if parameter.unit.is_empty() { String::new() } else { format!(", {}", parameter.unit) };
         let setting = SliderRow {
-            unit: &format!(", {}", parameter.unit),
+            unit: &spoken,
             spread: if masslike { Spread::Logarithmic } else { Spread::LogarithmicFromZero },
             suggestion: Some(parameter.value),
             ..SliderRow::new(parameter.name, &tooltip, own / SPAN..=own * SPAN)
@@ -176,6 +199,7 @@ fn size_of(unit: &str) -> f64 {
     match unit {
         "N/m" => 500.0,
         "N s/m" => 1.0,
+        "N/m^3" => 1e6,
         _ => 0.5,
     }
 }
@@ -185,7 +209,7 @@ fn excitation(ui: &mut Ui, settings: &mut RigSettings) {
     let list = [
         (ExcitationChoice::Decay, "free decay", "Released from a displacement; nothing drives it"),
         (ExcitationChoice::Harmonic, "harmonic", "One frequency"),
-        (ExcitationChoice::Multisine, "multisine", "Twenty harmonics spread over a band, with random phases"),
+        (ExcitationChoice::Multisine, "multisine", "Harmonics spread over a band, with random phases"),
         (ExcitationChoice::Sweep, "sweep", "A linear chirp through a band"),
         (ExcitationChoice::Bursts, "random bursts", "Random vibration in a band, with rests between"),
     ];

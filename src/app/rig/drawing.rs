@@ -87,8 +87,8 @@ fn rig(pen: &Pen, area: Rect, made: &Made, pose: &Pose) {
     let count = pose.masses.len();
     let last_spring = !one
         && settings.plant.parameters().iter().any(|p| {
-            let last = ["k2", "k3"][count - 2];
-            p.name == last && settings.chain_value(p) != 0.0
+            let last = ["k2", "k3"].get(count.wrapping_sub(2));
+            last.is_some_and(|last| p.name == *last) && settings.chain_value(p) != 0.0
         });
     let floor = area.bottom() - 22.0;
     let (top, middle) = (floor - MASS - 3.0, floor - 0.5 * MASS - 3.0);
@@ -164,6 +164,14 @@ fn ground_friction(made: &Made, mass: usize, count: usize) -> bool {
     let settings = &made.settings;
     let named =
         |name: &str| settings.plant.parameters().iter().any(|p| p.name == name && settings.chain_value(p) > 0.0);
+    let value = |name: &str| {
+        let parameter = settings.plant.parameters().iter().find(|p| p.name == name);
+        parameter.map(|p| settings.chain_value(p).round())
+    };
+    let at_place = value("place") == Some(mass as f64 + 1.0) && value("from") == Some(0.0);
+    if named("friction") && at_place {
+        return true;
+    }
     mass == 0 && named("F1") || mass + 1 == count && named(if count == 2 { "F2" } else { "F3" })
 }
 
@@ -191,8 +199,9 @@ fn caption(made: &Made, pose: &Pose) -> String {
             format!("{name}{}", if pose.stuck { ": it sticks" } else { "" })
         }
         (PlantChoice::OneMass, None) => "spring and damper alone".to_owned(),
-        (_, _) => {
-            format!("a chain of {} masses{}", pose.masses.len(), if pose.stuck { ": something sticks" } else { "" })
+        (plant, _) => {
+            let what = if plant == PlantChoice::Beam { "nodes of a cantilever" } else { "masses in a chain" };
+            format!("{} {what}{}", pose.masses.len(), if pose.stuck { ": something sticks" } else { "" })
         }
     }
 }

@@ -59,11 +59,20 @@ pub enum Sample {
     BoucWen,
     /// A mass with a tuned absorber that no sensor sees.
     Absorber,
+    /// A tower with five floors and three sensors.
+    Floors,
+    /// A cantilever whose tip is held by a joint that slips, driven softly and hard.
+    Joint,
     /// A Duffing oscillator that moves too little for its library; four times the force held out.
     Overfit,
 }
 
 impl Sample {
+    /// True if it is a structure with several modes.
+    pub(crate) fn is_structure(self) -> bool {
+        matches!(self, Self::Floors | Self::Joint)
+    }
+
     /// Order of its equations.
     pub(crate) fn kind(self) -> Kind {
         match self {

@@ -2,9 +2,11 @@
 
 use super::change::Update;
 use crate::app::jobs::{Job, Key};
-use crate::app::lessons::{self, Facts, FitFacts, LessonAct, Start};
+use crate::app::lessons::{self, Facts, FitFacts, LessonAct, ModesFacts, Start};
 use crate::app::rig::RigAct;
 use crate::app::state::{LessonPosition, Page, Room, Source};
+use sindyscope_modes::BaseModel;
+use sindyscope_report::modal::modes_in_band;
 use sindyscope_values::record::Usage;
 
 impl Update<'_> {
@@ -108,8 +110,16 @@ impl Update<'_> {
         let held_out = document.edit.usage.get(shown.record) == Some(&Usage::HeldOut);
         let made = self.derived.rig.current(&self.state.rig);
         let outcome = records.outcome.as_ref().filter(|_| records.failure.is_none());
+        let by_modes = document.edit.base.model == BaseModel::Modes && !self.derived.modal.is_stale();
+        let modes = self.derived.modal.analysis().filter(|_| by_modes).map(|analysis| ModesFacts {
+            frequencies: modes_in_band(analysis).map(|(_, mode)| mode.frequency).collect(),
+            by_hand: !document.edit.base.poles.is_empty() || document.edit.base.modes.is_some(),
+        });
         Facts {
             room: shown.room,
+            modes,
+            modal_view: shown.modal.view,
+            modal_verdict: self.derived.modal.search.found().filter(|_| by_modes).map(|found| found.verdict()),
             view: shown.view,
             shows_held_out: held_out && shown.room == Room::Identify,
             of_the_rig: matches!(document.source, Source::Rig(_)),

@@ -18,7 +18,7 @@ use crate::app::project::Project;
 use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
 use crate::app::rig::class;
-use crate::app::saving::{SavedContent, Saving, ViewPicture};
+use crate::app::saving::{SavedContent, Saving, StructureModel, StructureResult, ViewPicture};
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
 use sindyscope_report::export::ExportFormat;
@@ -33,8 +33,7 @@ impl App {
     pub(super) fn run(&mut self, command: WindowCommand, ctx: &Context, frame: &eframe::Frame) {
         let records = &self.program.derived.records;
         let (stem, room) = (records.stem("sindyscope"), self.program.state.shown.room);
-        let (empty, outcome) =
-            (records.records.is_empty(), records.outcome.is_some() && !self.by_modes() && !self.of_component());
+        let (empty, exported) = (records.records.is_empty(), self.exports_model());
         let drawn = self.has_figure();
         match command {
             WindowCommand::Open => self.dialogs.ask(Purpose::Open, "", frame),
@@ -63,7 +62,7 @@ impl App {
                 self.dialogs.ask(Purpose::Window, "virtual-rig.png", frame);
             }
             WindowCommand::PlotPicture | WindowCommand::SaveReport if !drawn => {}
-            WindowCommand::ExportModel if !outcome => {}
+            WindowCommand::ExportModel if !exported => {}
             WindowCommand::PlotPicture if room == Room::Report => {
                 self.dialogs.ask(Purpose::Window, &format!("{stem}-report.png"), frame);
             }
@@ -190,6 +189,7 @@ impl App {
             Purpose::Plot | Purpose::Report(_) if self.shows_series() => return self.series_content(ctx, purpose),
             Purpose::Project => SavedContent::Project(Box::new(self.project())),
             Purpose::Log => SavedContent::Text(self.log()),
+            Purpose::Model if self.by_modes() => SavedContent::Structure(Box::new(self.structure_model()?)),
             Purpose::Model => SavedContent::Model(Arc::clone(derived.records.outcome.as_ref()?)),
             Purpose::Plot if self.of_component() => {
                 let missing = state.shown.room == Room::Missing;
@@ -224,6 +224,17 @@ impl App {
             Purpose::RoundRecords => SavedContent::RoundRecords(state.rig.class.case.clone()),
             Purpose::Rounds => SavedContent::Text(class::csv(&state.rig.class)),
         })
+    }
+
+    /// The structure that is shown: in *What's missing* with the force that was found.
+    fn structure_model(&self) -> Option<StructureModel> {
+        let (state, derived) = (&self.program.state, &self.program.derived);
+        let searched = derived.modal.search.found().filter(|_| state.shown.room == Room::Missing);
+        let of = match searched {
+            Some(found) => StructureResult::WithForce(Arc::clone(found)),
+            None => StructureResult::Modes(Arc::clone(derived.modal.analysis()?)),
+        };
+        Some(StructureModel { of, records: derived.records.set(&state.document.edit.usage) })
     }
 
     /// The project as it would be saved now.

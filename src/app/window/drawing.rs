@@ -100,8 +100,7 @@ impl App {
             _ => (derived.history.can_undo(edit), derived.history.can_redo(edit)),
         };
         let opening = derived.opening();
-        let (drawn, exported) =
-            (self.has_figure(), derived.records.outcome.is_some() && !self.by_modes() && !self.of_component());
+        let (drawn, exported) = (self.has_figure(), self.exports_model());
         let bar = toolbar::Toolbar { drawn, exported, can_undo, can_redo, opening, state, data: &derived.records };
         let asked = toolbar::show(ui, &bar);
         for asked in asked {
@@ -227,6 +226,12 @@ impl App {
             edit: draft,
             suggestion: state.document.suggestion.as_ref().unwrap_or(&settings),
             of_files: matches!(state.document.source, Source::Files(_)),
+            may_be_structure: match &state.document.source {
+                Source::Files(_) => true,
+                Source::Sample(sample) => sample.is_structure(),
+                Source::Rig(settings) => settings.plant.is_structure(),
+                _ => false,
+            },
             shown: state.shown.record,
             cutting: state.shown.cutting && room == Room::Identify,
             choosing,

@@ -11,7 +11,7 @@ use crate::modal::{
     ModalOptions, ModalSubject, ModalView, before_and_after, diagnosis_lines, modes_in_band, remaining, verdict,
 };
 use sindyscope_core::study::Score;
-use sindyscope_modes::{ModalAnalysis, RecordFit, StructureDiagnosis};
+use sindyscope_modes::{ModalAnalysis, PoleCluster, RecordFit, StructureDiagnosis};
 use sindyscope_values::format::number::{format_measured, plain, significant};
 use sindyscope_values::format::units::{format_si, raised};
 use sindyscope_values::model::Mode;
@@ -68,6 +68,7 @@ impl ModesReport<'_> {
         }
         blocks.push(Block::Heading("Where the modes come from".into()));
         blocks.extend(self.figure(ModalView::Stabilization, ModalOptions::default()));
+        blocks.extend(self.clusters().map(Block::Table));
         blocks.push(Block::Heading("Responses, measured and of the modes".into()));
         for sensor in 0..structure.sensors.len().min(SENSORS_DRAWN) {
             blocks.extend(self.figure(ModalView::Responses, ModalOptions { sensor, ..ModalOptions::default() }));
@@ -124,6 +125,24 @@ impl ModesReport<'_> {
             head: vec!["mode", "frequency (Hz)", "damping ratio (%)", "shape", "MPC"],
             rows: modes_in_band(self.analysis).map(row).collect(),
         }
+    }
+
+    /// The clusters of stable poles, with mean and spread; none where there is no cluster.
+    fn clusters(&self) -> Option<DocumentTable> {
+        let clusters = &self.analysis.stabilization.clusters;
+        let row = |c: &PoleCluster| {
+            vec![
+                Cell::Number(format_measured(c.frequency.0, Some(c.frequency.1))),
+                Cell::Number(format_measured(100.0 * c.damping.0, Some(100.0 * c.damping.1))),
+                Cell::Number(c.members.len().to_string()),
+                Cell::Text(format!("{} to {}", c.orders.0, c.orders.1)),
+                Cell::Number(c.collinearity.map_or_else(|| "–".into(), |m| plain(m, 2))),
+            ]
+        };
+        (!clusters.is_empty()).then(|| DocumentTable {
+            head: vec!["cluster, mean and spread (Hz)", "damping ratio (%)", "stable poles", "orders", "MPC"],
+            rows: clusters.iter().map(row).collect(),
+        })
     }
 
     /// What is said of modes outside the band that is driven.

@@ -37,12 +37,18 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let numbers = |values: &[f64]| values.iter().map(|v| literal(*v)).collect::<Vec<_>>().join(", ");
     let count = switched.states.len();
     out.push_str(&format!(
-        "#define STATES {count}\n#define INPUTS {}\n#define SURFACES {}\n\n",
+        "#define STATES {count}\n#define INPUTS {}\n#define OUTPUTS {}\n#define SURFACES {}\n\n",
         layout.inputs,
+        export.output_names().len(),
         switched.surfaces.len()
     ));
-    let names: Vec<String> = switched.states.iter().map(|s| format!("\"{}\"", layout.name(*s))).collect();
-    out.push_str(&format!("static const char *state_name[STATES] = {{{}}};\n", names.join(", ")));
+    let quoted = |names: Vec<String>| names.iter().map(|n| format!("\"{n}\", ")).collect::<String>();
+    out.push_str(&format!(
+        "static const char *state_name[STATES] = {{{}}};\n",
+        quoted(export.state_names()).trim_end_matches(", ")
+    ));
+    out.push_str("/* What sensors show, written after the states. */\n");
+    out.push_str(&format!("static const char *output_name[OUTPUTS + 1] = {{{}0}};\n", quoted(export.output_names())));
     out.push_str(&format!("static const double initial[STATES] = {{{}}};\n", numbers(&export.initial())));
     out.push_str("/* Largest magnitude of each state: what an error is held against. */\n");
     out.push_str(&format!("static const double scale[STATES] = {{{}}};\n", numbers(&export.scale())));
@@ -62,9 +68,16 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     out.push_str(
         "\n/* The model: X holds the states, U each input with its first two derivatives, s the held signs. */\n\n",
     );
-    let style = InLanguage(&C, switched);
+    let style = InLanguage { language: &C, switched, by_place: export.space.is_some() };
     let body: Vec<String> = (0..count).map(|i| format!("    f[{i}] = {};", switched.rate(i, &style))).collect();
-    out.push_str(&function("rates", false, "f", &body, &style));
+    match export.space {
+        Some(space) => out.push_str(&space.c(&style)),
+        None => {
+            out.push_str(&function("rates", false, "f", &body, &style));
+            out.push_str("/* What sensors show beside the states: nothing. */\n");
+            out.push_str(&function("outputs", false, "y", &[], &style));
+        }
+    }
     let surfaces = &switched.surfaces;
     let body: Vec<String> =
         surfaces.iter().enumerate().map(|(k, s)| format!("    g[{k}] = {};", written(&s.expression, &style))).collect();

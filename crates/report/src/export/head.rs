@@ -8,11 +8,14 @@ use sindyscope_values::term::{Expression, Symbol, Term};
 impl Export<'_> {
     /// The lines at the top of a program, without comment signs; `usage` says how to run it.
     pub(super) fn head(&self, switched: &Switched, usage: &[String]) -> Vec<String> {
-        let mut lines =
-            vec!["Equations of motion identified by Sindyscope, and their response to sampled inputs.".into()];
+        let what = if self.space.is_some() { "State space of a structure" } else { "Equations of motion" };
+        let mut lines = vec![format!(
+            "{what} identified by Sindyscope, and {} response to sampled inputs.",
+            if self.space.is_some() { "its" } else { "their" }
+        )];
         lines.extend(self.description(switched));
         lines.push("The numbers above are rounded to their standard errors; those in the program are not.".into());
-        lines.extend(self.initial_states(switched, "Initial states (the program starts from the first):"));
+        lines.extend(self.initial_states("Initial states (the program starts from the first):"));
         lines.push(String::new());
         lines.extend(usage.iter().cloned());
         lines
@@ -20,6 +23,9 @@ impl Export<'_> {
 
     /// The equations, the units, and what sticks.
     pub(super) fn description(&self, switched: &Switched) -> Vec<String> {
+        if let Some(space) = self.space {
+            return space.description(switched);
+        }
         let mut lines = vec![String::new()];
         lines.extend(equations::text(self.model, Some(&self.units)).lines().map(str::to_owned));
         lines.push(String::new());
@@ -29,8 +35,8 @@ impl Export<'_> {
     }
 
     /// The state that each record's response begins with, under a heading; nothing where there is none.
-    pub(super) fn initial_states(&self, switched: &Switched, heading: &str) -> Vec<String> {
-        let names: Vec<String> = switched.states.iter().map(|s| switched.layout.name(*s)).collect();
+    pub(super) fn initial_states(&self, heading: &str) -> Vec<String> {
+        let names = self.state_names();
         let each = self.starts.iter().map(|start| {
             let state: Vec<String> = names.iter().zip(&start.state).map(|(n, x)| format!("{n} = {x:?}")).collect();
             format!("  {}: {}", start.record, state.join(", "))

@@ -13,6 +13,9 @@ pub(super) const FORMAT: FormatEntry =
 
 /// Equations, units and initial states; a number that does not exist is `null`.
 fn document(export: &Export<'_>) -> String {
+    if let Some(space) = export.space {
+        return space.json_document();
+    }
     let Export { model, units, starts, .. } = export;
     let layout = &model.layout;
     let equations = model.iter().map(|(state, equation)| {

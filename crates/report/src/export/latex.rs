@@ -15,6 +15,9 @@ pub(super) const FORMAT: FormatEntry = FormatEntry {
 
 /// The equations in a display, every coefficient in a table, the initial states.
 fn document(export: &Export<'_>, switched: &Switched) -> String {
+    if let Some(space) = export.space {
+        return space.latex_document(switched);
+    }
     let model = export.model;
     let layout = &model.layout;
     let mut out = String::from(
@@ -84,7 +87,7 @@ fn math(e: &Expression, layout: &Layout) -> String {
 }
 
 /// A text as LaTeX prints it.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
         match c {
@@ -100,7 +103,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// A unit as upright mathematics: `m/s^2` with its power raised.
-fn unit(text: &str) -> String {
+pub(super) fn unit(text: &str) -> String {
     let mut out = String::from("$\\mathrm{");
     let mut rest = text.chars().peekable();
     while let Some(c) = rest.next() {

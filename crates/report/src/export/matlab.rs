@@ -5,6 +5,8 @@ use super::switched::{InLanguage, Language, Switched, literal};
 use super::{Export, FormatEntry, identifier, input_file};
 use sindyscope_values::term::{Symbol, written};
 
+const RATES: &str = "The rate of each state X; U holds each input with two derivatives, s the held signs.";
+
 /// The part that is the same for every model.
 const INTEGRATOR: &str = include_str!("templates/integrator.m");
 
@@ -26,7 +28,7 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let name = identifier(stem);
     let usage = [
         format!("Run:  response = {name}('{}', 'response.csv');", input_file(stem)),
-        "      (a third argument: another initial state); columns of the response: time, states.".into(),
+        "      (a third argument: another initial state); columns of the response: time, states, outputs.".into(),
         "Reads CSV: evenly spaced times and the inputs, by header name or in this order; writes time and states."
             .into(),
     ];
@@ -38,8 +40,9 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
         let each = names.iter().map(|n| format!("'{n}'")).collect();
         format!("{{{}}}", list(each, ", "))
     };
-    let states: Vec<String> = switched.states.iter().map(|s| layout.name(*s)).collect();
-    out.push_str(&format!("    model.states = {};\n", quoted(states)));
+    out.push_str(&format!("    model.states = {};\n", quoted(export.state_names())));
+    out.push_str("    % What sensors show, written after the states.\n");
+    out.push_str(&format!("    model.outputs = {};\n", quoted(export.output_names())));
     out.push_str(&format!("    model.initial = {};\n", numbers(&export.initial())));
     out.push_str("    % Largest magnitude of each state: what an error is held against.\n");
     out.push_str(&format!("    model.scale = {};\n", numbers(&export.scale())));
@@ -56,7 +59,7 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     out.push_str("    inputs = read_inputs(input_file, model);\n");
     out.push_str("    response = simulate(inputs, initial(:), model);\n");
     out.push_str("    if nargin > 1, write_response(output_file, response, model); end\nend\n\n");
-    let style = InLanguage(&MATLAB, switched);
+    let style = InLanguage { language: &MATLAB, switched, by_place: export.space.is_some() };
     let rates: Vec<String> = (0..switched.states.len()).map(|i| switched.rate(i, &style)).collect();
     let surfaces: Vec<String> = switched.surfaces.iter().map(|s| written(&s.expression, &style)).collect();
     let slopes: Vec<String> =
@@ -70,9 +73,15 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
         }
         out.push_str("end\n\n");
     };
-    define("rates", "", "The rate of each state X; U holds each input with two derivatives, s the held signs.", &rates);
+    if export.space.is_none() {
+        define("rates", "", RATES, &rates);
+        define("outputs", "", "What sensors show beside the states.", &[]);
+    }
     define("surfaces", "", "The functions at whose zeros the signs change.", &surfaces);
     define("surface_rates", ", f", "Their rates, the states changing by f.", &slopes);
+    if let Some(space) = export.space {
+        out.push_str(&space.matlab(&style));
+    }
     out.push_str(INTEGRATOR);
     out
 }

@@ -12,6 +12,7 @@ mod latex;
 mod matlab;
 mod modelica;
 mod python;
+mod space;
 mod switched;
 mod text;
 
@@ -24,6 +25,7 @@ use sindyscope_core::study::{Outcome, RecordOutcome};
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::Symbol;
+pub use space::StateSpace;
 use switched::Switched;
 
 /// What makes a format.
@@ -155,12 +157,14 @@ pub struct Export<'a> {
     starts: Vec<StartState>,
     /// The inputs' names in the records.
     inputs: Vec<String>,
+    /// The matrices of a structure, where the model is one of modes.
+    space: Option<&'a StateSpace<'a>>,
 }
 
 impl<'a> Export<'a> {
     /// An export of a model that starts from rest unless [`Self::starting`] says otherwise.
     pub fn new(model: &'a Model, units: Units) -> Self {
-        Self { model, units, starts: Vec::new(), inputs: Vec::new() }
+        Self { model, units, starts: Vec::new(), inputs: Vec::new(), space: None }
     }
 
     /// With initial states; the first is that of the exported programs.
@@ -201,6 +205,18 @@ impl<'a> Export<'a> {
             return Err(ExportError::Switches(format.name()));
         }
         Ok((format.entry().write)(self, &switched, stem))
+    }
+
+    /// The names of the states.
+    fn state_names(&self) -> Vec<String> {
+        let layout = &self.model.layout;
+        let plain = || layout.state_symbols().map(|s| layout.name(s)).collect();
+        self.space.map_or_else(plain, StateSpace::state_names)
+    }
+
+    /// The names of what sensors show, which programs write after the states; none where the states are what is measured.
+    fn output_names(&self) -> Vec<String> {
+        self.space.map_or_else(Vec::new, StateSpace::output_names)
     }
 
     /// The state that the programs start from.

@@ -6,19 +6,29 @@ use super::{Export, FormatEntry, identifier, input_file};
 use sindyscope_values::term::{Expression, Function, Layout, Style, Symbol, written};
 
 /// Modelica locates the zeros of `abs` and of conditions by itself; only signs that may stick are variables of their own.
-struct Modelica<'a>(&'a Switched);
+struct Modelica<'a> {
+    switched: &'a Switched,
+    /// States are written as entries of a vector `X`.
+    by_place: bool,
+}
 
 impl Style for Modelica<'_> {
     fn symbol(&self, symbol: Symbol) -> String {
         match symbol {
             Symbol::Time => "time".into(),
-            symbol => self.0.layout.name(symbol),
+            symbol => {
+                let place = self.switched.states.iter().position(|s| *s == symbol);
+                let place = place.filter(|_| self.by_place);
+                place.map_or_else(|| self.switched.layout.name(symbol), |i| format!("X[{}]", i + 1))
+            }
         }
     }
 
     fn substitute(&self, e: &Expression) -> Option<String> {
-        match self.0.held(e)? {
-            (surface, Function::Sgn, _) if self.0.surfaces[surface].slides => Some(format!("sgn_{}", surface + 1)),
+        match self.switched.held(e)? {
+            (surface, Function::Sgn, _) if self.switched.surfaces[surface].slides => {
+                Some(format!("sgn_{}", surface + 1))
+            }
             (_, Function::Sgn, argument) => {
                 let argument = written(argument, self);
                 Some(format!("(if {argument} > 0 then 1.0 elseif {argument} < 0 then -1.0 else 0.0)"))
@@ -61,7 +71,15 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     ];
     let mut out = comment("//", &export.head(switched, &usage));
     out.push_str(&format!("package {name}\n\n  model Motion \"The equations of motion\"\n"));
-    let style = Modelica(switched);
+    let style = Modelica { switched, by_place: export.space.is_some() };
+    if let Some(space) = export.space {
+        let force = space.force_expression().map(|e| written(e, &style));
+        out.push_str(&space.modelica(switched, &export.initial(), force.as_deref()));
+        out.push_str("  end Motion;\n\n  model Experiment \"The motion along the recorded inputs\"\n");
+        out.push_str(&experiment(layout, stem));
+        out.push_str(&format!("  end Experiment;\n\nend {name};\n"));
+        return out;
+    }
     let rates: Vec<String> = (0..switched.states.len()).map(|i| switched.rate(i, &style)).collect();
     let sliding: Vec<usize> = (0..switched.surfaces.len()).filter(|k| switched.surfaces[*k].slides).collect();
     // A surface's rate, the sign that acts on it replaced.

@@ -5,6 +5,8 @@ use super::switched::{InLanguage, Language, Switched, literal};
 use super::{Export, FormatEntry, input_file};
 use sindyscope_values::term::{Function, Symbol, written};
 
+const RATES: &str = "The rate of each state X; U holds each input with two derivatives, s the held signs.";
+
 /// The part that is the same for every model.
 const INTEGRATOR: &str = include_str!("templates/integrator.py");
 
@@ -38,7 +40,11 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let list = |items: Vec<String>| format!("[{}]", items.join(", "));
     let numbers = |values: &[f64]| list(values.iter().map(|v| literal(*v)).collect());
     let quoted = |names: Vec<String>| list(names.iter().map(|n| format!("\"{n}\"")).collect());
-    out.push_str(&format!("STATES = {}\n", quoted(switched.states.iter().map(|s| layout.name(*s)).collect())));
+    out.push_str(&format!("STATES = {}\n", quoted(export.state_names())));
+    out.push_str(&format!(
+        "OUTPUTS = {}  # what sensors show, written after the states\n",
+        quoted(export.output_names())
+    ));
     out.push_str(&format!("INITIAL = {}\n", numbers(&export.initial())));
     out.push_str(&format!(
         "SCALE = {}  # largest magnitude of each state: what an error is held against\n",
@@ -52,7 +58,7 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     };
     out.push_str(&format!("INPUT_NAMES = {}\n", names(Symbol::Input)));
     out.push_str(&format!("RATE_NAMES = {}\n\n\n", names(Symbol::InputRate)));
-    let style = InLanguage(&PYTHON, switched);
+    let style = InLanguage { language: &PYTHON, switched, by_place: export.space.is_some() };
     let rates: Vec<String> = (0..switched.states.len()).map(|i| switched.rate(i, &style)).collect();
     let surfaces: Vec<String> = switched.surfaces.iter().map(|s| written(&s.expression, &style)).collect();
     let slopes: Vec<String> =
@@ -66,9 +72,15 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
         }
         out.push_str("    ]\n\n\n");
     };
-    define("rates", "", "The rate of each state X; U holds each input with two derivatives, s the held signs.", &rates);
+    if export.space.is_none() {
+        define("rates", "", RATES, &rates);
+        define("outputs", "", "What sensors show beside the states.", &[]);
+    }
     define("surfaces", "", "The functions at whose zeros the signs change.", &surfaces);
     define("surface_rates", ", f", "Their rates, the states changing by f.", &slopes);
+    if let Some(space) = export.space {
+        out.push_str(&space.python(&style));
+    }
     out.push_str(INTEGRATOR);
     out
 }

@@ -109,12 +109,17 @@ pub(super) struct Language {
 }
 
 /// A model in such a language.
-pub(super) struct InLanguage<'a>(pub(super) &'a Language, pub(super) &'a Switched);
+pub(super) struct InLanguage<'a> {
+    pub(super) language: &'a Language,
+    pub(super) switched: &'a Switched,
+    /// Quantities are written as entries of the arrays, not by their names.
+    pub(super) by_place: bool,
+}
 
 impl InLanguage<'_> {
     /// Lines that name the quantities that a body of code reads.
     pub(super) fn definitions(&self, body: &str) -> String {
-        let Self(language, switched) = self;
+        let Self { language, switched, .. } = self;
         let states = switched.states.iter().enumerate().map(|(i, state)| (*state, (language.state)(i)));
         let inputs = (0..switched.layout.inputs).flat_map(|j| {
             let symbols = [Symbol::Input(j), Symbol::InputRate(j), Symbol::InputAcceleration(j)];
@@ -127,12 +132,16 @@ impl InLanguage<'_> {
 
 impl Style for InLanguage<'_> {
     fn symbol(&self, symbol: Symbol) -> String {
-        self.1.layout.name(symbol)
+        let place = self.switched.states.iter().position(|s| *s == symbol);
+        match place.filter(|_| self.by_place) {
+            Some(state) => (self.language.state)(state),
+            None => self.switched.layout.name(symbol),
+        }
     }
 
     fn substitute(&self, e: &Expression) -> Option<String> {
-        let (surface, function, argument) = self.1.held(e)?;
-        let sign = (self.0.sign)(surface);
+        let (surface, function, argument) = self.switched.held(e)?;
+        let sign = (self.language.sign)(surface);
         Some(if function == Function::Abs { format!("({sign}*({}))", written(argument, self)) } else { sign })
     }
 
@@ -145,11 +154,11 @@ impl Style for InLanguage<'_> {
     }
 
     fn power(&self, base: &str, exponent: &str) -> String {
-        (self.0.power)(base, exponent)
+        (self.language.power)(base, exponent)
     }
 
     fn call(&self, function: Function, arguments: &[String], _: bool) -> String {
-        format!("{}({})", (self.0.function)(function), arguments.join(", "))
+        format!("{}({})", (self.language.function)(function), arguments.join(", "))
     }
 }
 

@@ -13,6 +13,9 @@ pub(super) const FORMAT: FormatEntry = FormatEntry {
 
 /// The equations with errors and units, then every coefficient in full.
 fn document(export: &Export<'_>, switched: &Switched) -> String {
+    if let Some(space) = export.space {
+        return space.text_document(switched);
+    }
     let layout = &export.model.layout;
     let mut lines = vec!["Equations of motion identified by Sindyscope.".to_owned()];
     lines.extend(export.description(switched));
@@ -23,6 +26,6 @@ fn document(export: &Export<'_>, switched: &Switched) -> String {
             lines.push(format!("  d{}/dt  {:?}  {}", layout.name(state), t.coefficient, t.term.text(layout)));
         }
     }
-    lines.extend(export.initial_states(switched, "Initial states:"));
+    lines.extend(export.initial_states("Initial states:"));
     lines.join("\n") + "\n"
 }

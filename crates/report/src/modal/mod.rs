@@ -19,7 +19,7 @@ use sindyscope_values::model::Mode;
 
 pub use responses::modal_averages;
 pub use unseen::before_and_after;
-pub use words::{diagnosis_lines, diagnosis_text, force_term, modes_text, remaining, verdict};
+pub use words::{cluster_words, diagnosis_lines, diagnosis_text, force_term, modes_text, remaining, verdict};
 
 /// One way of looking at a structure's modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -92,8 +92,8 @@ impl ModalView {
     pub fn reading(self) -> &'static str {
         match self {
             Self::Stabilization => {
-                "A column of full marks is a mode: it stays as the order grows. Click a mark to take it as a mode, or a chosen mode to \
-                 leave it."
+                "A column of full marks is a mode: it stays as the order grows; an upright bar, its cluster. Click a mark to take it as \
+                 a mode, or a chosen mode to leave it."
             }
             Self::Responses => {
                 "Where measured and modelled lie on each other the modes are right; a peak that moves from record to record is a \

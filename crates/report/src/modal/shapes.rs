@@ -25,9 +25,11 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
     let modes: Vec<(usize, &Mode)> = numbered_modes(subject.analysis).collect();
     let chosen = subject.options.mode.map(|k| structure.mode_number(k));
     let chosen = chosen.and_then(|number| modes.iter().find(|(n, _)| *n == number).copied());
-    let shape = match chosen {
-        Some((k, mode)) => one(structure, k, mode, subject.options.swing),
-        None => all(structure, &modes, subject.options.swing),
+    let shape = match (chosen, &subject.analysis.positions[..]) {
+        (Some((k, mode)), []) => one(structure, k, mode, subject.options.swing),
+        (None, []) => all(structure, &modes, subject.options.swing),
+        (Some(one), positions) => placed(structure, &[one], positions, subject.options.swing),
+        (None, positions) => placed(structure, &modes, positions, subject.options.swing),
     };
     let mut figure = Figure {
         rows: vec![PanelRow::new(vec![shape, assurances(structure, &modes)], 1.0)],
@@ -100,6 +102,66 @@ fn all(structure: &Structure, modes: &[(usize, &Mode)], swing: Option<f64>) -> P
         panel.layers.push(Layer::new(ink, "", Shape::Marks(points)));
     }
     panel.columns = columns(structure, modes);
+    panel
+}
+
+/// How far a sensor's mark moves at its largest, as a share of the structure's extent.
+const REACH: f64 = 0.2;
+/// Room about the structure, as a share of its extent.
+const MARGIN: f64 = 0.08;
+
+/// Shapes over the sensors' true places. With one coordinate the shape stands over it; with two the structure is seen in its plane, and
+/// each sensor moves across the structure's longer extent.
+fn placed(structure: &Structure, modes: &[(usize, &Mode)], positions: &[Vec<f64>], swing: Option<f64>) -> Panel {
+    let coordinate = |axis: usize| positions.iter().filter_map(move |p| p.get(axis).copied());
+    let range = |axis: usize| {
+        let low = coordinate(axis).fold(f64::INFINITY, f64::min);
+        (low, coordinate(axis).fold(f64::NEG_INFINITY, f64::max))
+    };
+    let plane = positions.iter().all(|p| p.len() > 1);
+    let wide = |(low, high): (f64, f64), more: f64| (low - more, high + more);
+    let (x, y) = (range(0), if plane { range(1) } else { (0.0, 0.0) });
+    let extent = (x.1 - x.0).max(y.1 - y.0);
+    let extent = if extent > 0.0 { extent } else { 1.0 };
+    let upright = y.1 - y.0 > x.1 - x.0;
+    let at = |s: usize, value: f64| match (positions[s].as_slice(), upright) {
+        ([x, y, ..], true) => [x + REACH * extent * value, *y],
+        ([x, y, ..], false) => [*x, y + REACH * extent * value],
+        ([x], _) => [*x, value],
+        ([], _) => [s as f64, value],
+    };
+    let (margin, reach) = (MARGIN * extent, (MARGIN + REACH) * extent);
+    let (across, up) = match (plane, upright) {
+        (false, _) => (wide(x, margin), (-1.15, 1.15)),
+        (true, true) => (wide(x, reach), wide(y, margin)),
+        (true, false) => (wide(x, margin), wide(y, reach)),
+    };
+    let (first, second) = if plane { ("x", "y") } else { ("position", "shape") };
+    let mut panel = Panel::new("placed shapes", Axis::linear(first, "", across), Axis::linear(second, "", up));
+    panel.fixed = true;
+    // Neighbours along the structure are joined.
+    let mut order: Vec<usize> = (0..positions.len()).collect();
+    let along = |s: usize| positions[s].get(usize::from(upright)).copied().unwrap_or(s as f64);
+    order.sort_by(|a, b| along(*a).total_cmp(&along(*b)));
+    let rest = Points::new(order.iter().map(|s| at(*s, 0.0)));
+    panel.layers.push(Layer::new(Ink::Ghost, "at rest", Shape::Line(rest)));
+    let drawn = modes.len().min(MOST_SHAPES);
+    panel.title = match modes {
+        [(number, mode)] => format!("mode {}", mode_name(*number, mode)),
+        _ if drawn < modes.len() => format!("the first {drawn} of {} modes", modes.len()),
+        _ => "modes".into(),
+    };
+    for (k, mode) in &modes[..drawn] {
+        let swung = swung(mode, swing);
+        let points = Points::new(order.iter().map(|s| at(*s, swung[*s])));
+        let ink = Ink::of_term(*k - 1);
+        panel.layers.push(Layer::new(ink, k.to_string(), Shape::Line(points.clone())));
+        panel.layers.push(Layer::new(ink, "", Shape::Marks(points)));
+    }
+    panel.columns = columns(structure, modes);
+    for (axis, name) in [first, "y"].into_iter().enumerate().take(if plane { 2 } else { 1 }) {
+        panel.columns.push((name.to_owned(), coordinate(axis).collect()));
+    }
     panel
 }
 

@@ -3,11 +3,13 @@
 use super::{ModalSubject, modes_in_band, numbered_modes};
 use crate::figure::{Axis, Figure, Guide, Layer, LayerRole, Panel, Points, Shape, Ticks};
 use crate::palette::Ink;
-use sindyscope_modes::{ProposedPole, Stability};
+use sindyscope_modes::{PoleCluster, ProposedPole, Stability, Stabilization};
 
 /// Share of the diagram's height that the spectrum takes up, and decades of it that are shown.
 const SPECTRUM_HEIGHT: f64 = 0.9;
 const DECADES: f64 = 5.0;
+/// Singular values that are drawn: a second one that rises with the first tells of two modes at one frequency.
+const SINGULAR_VALUES: usize = 3;
 
 pub(super) fn figure(subject: &ModalSubject<'_>) -> Figure {
     let (analysis, options) = (subject.analysis, subject.options);
@@ -41,15 +43,20 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Figure {
         let shape = if kind == Stability::New { Shape::Dots(points) } else { Shape::Marks(points) };
         panel.layers.push(Layer::new(ink, name, shape));
     }
+    if !stabilization.clusters.is_empty() {
+        let extent = |c: &PoleCluster| [c.frequency.0, c.orders.0 as f64, c.orders.1 as f64];
+        let extents = stabilization.clusters.iter().map(extent).collect();
+        panel.layers.push(Layer::new(Ink::Mean, "", Shape::Errors(extents)));
+    }
     panel.guides.extend(numbered_modes(analysis).map(|(number, mode)| Guide::At {
         ink: Ink::Cursor,
         at: mode.frequency,
         text: number.to_string(),
     }));
-    panel.columns = columns(&stabilization.poles);
+    panel.columns = columns(stabilization);
     let caption = "Stabilization diagram: poles of state spaces of growing order that stay as the order grows, over the largest \
-                   singular value of the responses' spectral matrix (on a logarithmic scale of its own, five decades); dashed \
-                   and numbered, the modes that were chosen.";
+                   singular values of the responses' spectral matrix (on a logarithmic scale of their own, five decades); upright \
+                   bars, clusters of stable poles over the orders that have them; dashed and numbered, the modes that were chosen.";
     Figure::stacked([(panel, 1.0)], 300.0, caption)
 }
 
@@ -62,24 +69,38 @@ fn highest(subject: &ModalSubject<'_>) -> f64 {
     if nyquist > 0.0 { wanted.min(nyquist) } else { wanted.max(1.0) }
 }
 
-/// The largest singular value, drawn across the orders.
-fn spectrum(subject: &ModalSubject<'_>, (bottom, top): (f64, f64)) -> Option<Layer> {
+/// The largest singular values, drawn across the orders; the first has the name.
+fn spectrum(subject: &ModalSubject<'_>, (bottom, top): (f64, f64)) -> Vec<Layer> {
     let stabilization = &subject.analysis.stabilization;
-    let values = stabilization.singular_values.first()?;
-    let largest = values.iter().copied().fold(0.0, f64::max);
+    let Some(first) = stabilization.singular_values.first() else { return Vec::new() };
+    let largest = first.iter().copied().fold(0.0, f64::max);
     if largest.is_nan() || largest <= 0.0 {
-        return None;
+        return Vec::new();
     }
     let height = SPECTRUM_HEIGHT * (top - bottom);
     let level = |v: f64| 1.0 + (v.max(f64::MIN_POSITIVE) / largest).log10() / DECADES;
-    let points = stabilization.frequencies.iter().zip(values).map(|(f, v)| [*f, bottom + height * level(*v).max(0.0)]);
-    let layer = Layer::new(Ink::Measured, "spectrum", Shape::Line(Points::new(points)));
-    Some(layer.playing(LayerRole::Ghost).wide(1.2))
+    let of = |(k, values): (usize, &Vec<f64>)| {
+        let points =
+            stabilization.frequencies.iter().zip(values).map(|(f, v)| [*f, bottom + height * level(*v).max(0.0)]);
+        let name = if k == 0 { "spectrum" } else { "" };
+        let layer = Layer::new(Ink::Measured, name, Shape::Line(Points::new(points)));
+        layer.playing(LayerRole::Ghost).wide(if k == 0 { 1.2 } else { 0.6 })
+    };
+    stabilization.singular_values.iter().take(SINGULAR_VALUES).enumerate().map(of).collect()
 }
 
-/// The poles as numbers.
-fn columns(poles: &[ProposedPole]) -> Vec<(String, Vec<f64>)> {
+/// The poles as numbers, and the cluster that each belongs to with its means and spreads.
+fn columns(stabilization: &Stabilization) -> Vec<(String, Vec<f64>)> {
+    let poles = &stabilization.poles;
     let column = |head: &str, of: &dyn Fn(&ProposedPole) -> f64| (head.to_owned(), poles.iter().map(of).collect());
+    let mut of_pole = vec![None; poles.len()];
+    for (number, cluster) in stabilization.clusters.iter().enumerate() {
+        cluster.members.iter().for_each(|k| of_pole[*k] = Some((number, cluster)));
+    }
+    let clustered = |head: &str, of: &dyn Fn(usize, &PoleCluster) -> f64| {
+        let value = |c: &Option<(usize, &PoleCluster)>| c.map_or(f64::NAN, |(number, cluster)| of(number, cluster));
+        (head.to_owned(), of_pole.iter().map(value).collect())
+    };
     vec![
         column("order", &|p| p.order as f64),
         column("thinning", &|p| p.thinning as f64),
@@ -88,5 +109,10 @@ fn columns(poles: &[ProposedPole]) -> Vec<(String, Vec<f64>)> {
         column("modal phase collinearity", &|p| p.collinearity.unwrap_or(f64::NAN)),
         column("mean phase deviation (rad)", &|p| p.deviation.unwrap_or(f64::NAN)),
         column("stable (0 spurious, 1 new, 2 frequency, 3 damping, 4 shape)", &|p| f64::from(p.stability as u8)),
+        clustered("cluster", &|number, _| number as f64 + 1.0),
+        clustered("cluster's mean f (Hz)", &|_, c| c.frequency.0),
+        clustered("spread of f (Hz)", &|_, c| c.frequency.1),
+        clustered("cluster's mean damping ratio", &|_, c| c.damping.0),
+        clustered("spread of damping ratio", &|_, c| c.damping.1),
     ]
 }

@@ -49,6 +49,53 @@ fn every_view_draws_what_it_says() {
 }
 
 #[test]
+fn stable_poles_are_clustered_and_their_spread_is_told() {
+    let analysis = decays();
+    let clusters = &analysis.stabilization.clusters;
+    let near = |f: f64| clusters.iter().find(|c| (c.frequency.0 / f - 1.0).abs() < 1e-3).expect("a cluster");
+    for (mode, f) in analysis.structure.modes.iter().zip([1.5, 4.0]) {
+        let cluster = near(f);
+        assert!(cluster.members.len() >= 10 && cluster.frequency.1 < 0.01 * f, "{cluster:?}");
+        assert!((cluster.damping.0 - mode.damping).abs() < 0.2 * mode.damping, "{cluster:?}");
+    }
+    assert!(analysis.quality.iter().all(|q| q.cluster.is_some()));
+    let options = ModalOptions::default();
+    let subject = ModalSubject { analysis: &analysis, record: 0, options: &options };
+    let figure = ModalView::Stabilization.figure(&subject).unwrap();
+    let panel = figure.panels().next().unwrap();
+    let column = |head: &str| &panel.columns.iter().find(|(h, _)| h == head).expect("a column").1;
+    let told = column("cluster").iter().filter(|c| c.is_finite()).count();
+    assert_eq!(told, clusters.iter().map(|c| c.members.len()).sum::<usize>());
+    assert!(column("spread of f (Hz)").iter().filter(|v| v.is_finite()).all(|v| *v >= 0.0));
+}
+
+#[test]
+fn shapes_stand_where_their_sensors_do() {
+    let mut analysis = decays();
+    let options = ModalOptions::default();
+    let drawn = |analysis: &ModalAnalysis| {
+        let figure = ModalView::Shapes.figure(&ModalSubject { analysis, record: 0, options: &options }).unwrap();
+        let panel = figure.panels().next().unwrap().clone();
+        let crate::figure::Shape::Line(points) = panel.layers[1].shape.clone() else { panic!("a line") };
+        (panel, points.points.to_vec())
+    };
+    let shape = analysis.structure.modes[0].shape.clone();
+    // The second sensor stands below the first one.
+    analysis.positions = vec![vec![3.0], vec![1.5]];
+    let (panel, points) = drawn(&analysis);
+    assert_eq!(points, [[1.5, shape[1]], [3.0, shape[0]]]);
+    assert_eq!(panel.columns.last().unwrap(), &("position".to_owned(), vec![3.0, 1.5]));
+    // A tower: what swings moves sideways.
+    analysis.positions = vec![vec![0.0, 3.0], vec![0.0, 1.0]];
+    let (_, points) = drawn(&analysis);
+    assert_eq!([points[0][1], points[1][1]], [1.0, 3.0]);
+    assert!((points[1][0] - REACH_OF_TWO_METRES * shape[0]).abs() < 1e-12, "{points:?}");
+}
+
+/// A fifth of the tower's extent.
+const REACH_OF_TWO_METRES: f64 = 0.4;
+
+#[test]
 fn one_mode_alone_has_a_bar_for_each_sensor() {
     let analysis = decays();
     let options = ModalOptions { mode: Some(1), ..ModalOptions::default() };

@@ -1,6 +1,6 @@
 //! What a search for a structure's missing force came to, in words.
 
-use sindyscope_modes::{Effect, Sensor, Site, Structure, StructureDiagnosis};
+use sindyscope_modes::{Effect, PoleCluster, Sensor, Site, Structure, StructureDiagnosis};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::Usage;
@@ -132,4 +132,17 @@ pub fn diagnosis_text(found: &StructureDiagnosis) -> String {
     out.push_str(&format!("Remaining: {}.\n\nModes of the linear part:\n", remaining(found)));
     out.push_str(&modes_text(&found.last));
     out
+}
+
+/// A cluster of stable poles in one sentence: how many, over which orders, mean and spread of frequency and damping ratio.
+pub fn cluster_words(cluster: &PoleCluster) -> String {
+    let PoleCluster { members, orders, frequency, damping, .. } = cluster;
+    format!(
+        "Cluster of {} stable poles of orders {} to {}: {} Hz, damping {} % (mean and spread)",
+        members.len(),
+        orders.0,
+        orders.1,
+        format_measured(frequency.0, Some(frequency.1)),
+        format_measured(100.0 * damping.0, Some(100.0 * damping.1)),
+    )
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::hidden::{DriveKind, LinearPlant, suits};
 use crate::plant::Plant;
 use crate::plants::{PlantKind, PlantParameter, THREE_MASSES, TWO_MASSES};
+use crate::structures::{ADJUSTABLE_MASSES, ADJUSTABLE_NODES, FIVE_MASSES, SIX_NODES};
 use crate::{Burst, Excitation, RigError};
 use sindyscope_values::model::modes;
 
@@ -18,6 +19,10 @@ const LARGEST: f64 = 1e9;
 /// Harmonics of the multisine and of the random bursts.
 const LINES: usize = 20;
 const BURST_LINES: usize = 60;
+/// Harmonics of a structure's multisine: more modes than one or three lie in its band.
+const LINES_OF_STRUCTURE: usize = 300;
+/// Modes of a beam that its band reaches.
+const DRIVEN_OF_BEAM: usize = 4;
 /// Bursts in a record.
 const BURSTS: usize = 4;
 
@@ -32,11 +37,15 @@ pub enum PlantChoice {
     TwoMasses,
     /// Three masses in a chain, a force on the first.
     ThreeMasses,
+    /// Five masses in a chain, a force on one, and a force beside the linear structure.
+    FiveMasses,
+    /// A cantilever beam of six elements, likewise.
+    Beam,
 }
 
 impl PlantChoice {
     /// Every choice.
-    pub const ALL: [Self; 3] = [Self::OneMass, Self::TwoMasses, Self::ThreeMasses];
+    pub const ALL: [Self; 5] = [Self::OneMass, Self::TwoMasses, Self::ThreeMasses, Self::FiveMasses, Self::Beam];
 
     /// The chain, if it is one.
     fn chain(self) -> Option<&'static PlantKind> {
@@ -44,16 +53,25 @@ impl PlantChoice {
             Self::OneMass => None,
             Self::TwoMasses => Some(&TWO_MASSES),
             Self::ThreeMasses => Some(&THREE_MASSES),
+            Self::FiveMasses => Some(&FIVE_MASSES),
+            Self::Beam => Some(&SIX_NODES),
         }
     }
 
-    /// Number of masses.
+    /// Number of masses, or of nodes.
     pub fn masses(self) -> usize {
         match self {
             Self::OneMass => 1,
             Self::TwoMasses => 2,
             Self::ThreeMasses => 3,
+            Self::FiveMasses => ADJUSTABLE_MASSES,
+            Self::Beam => ADJUSTABLE_NODES,
         }
+    }
+
+    /// True if it has more modes than a chain of masses is identified with.
+    pub fn is_structure(self) -> bool {
+        matches!(self, Self::FiveMasses | Self::Beam)
     }
 
     /// The parameters of a chain; none of one mass, which has mass, natural frequency and damping ratio.
@@ -296,11 +314,13 @@ impl RigSettings {
     }
 
     /// Excitation, sampling rate, length and settling time that suit the plant's natural frequencies: 50 samples a period of
-    /// the highest, 40 periods of the lowest.
+    /// the highest (of a beam's first four), 40 periods of the lowest.
     #[must_use]
     pub fn suited(mut self) -> Self {
         let found = self.natural_frequencies();
-        let (Some(lowest), Some(highest)) = (found.first().copied(), found.last().copied()) else { return self };
+        // A beam's highest modes are above what its tests drive.
+        let last = if self.plant == PlantChoice::Beam { found.get(DRIVEN_OF_BEAM - 1) } else { found.last() };
+        let (Some(lowest), Some(highest)) = (found.first().copied(), last.copied()) else { return self };
         let digits = |value: f64| format!("{value:.1e}").parse().unwrap_or(value);
         self.band = (digits(0.3 * lowest), digits(2.2 * highest));
         self.tone = digits(0.8 * lowest);
@@ -312,10 +332,14 @@ impl RigSettings {
 
     /// Force over displacement of the plant's first spring, N/m (N m/rad).
     fn spring(&self) -> f64 {
-        match self.plant.parameters().iter().find(|p| p.name == "k1") {
-            Some(stiffness) => self.chain_value(stiffness).abs().max(f64::MIN_POSITIVE),
-            None => self.mass * self.linear().stiffness,
-        }
+        let value = |name: &str| {
+            let parameter = self.plant.parameters().iter().find(|p| p.name == name)?;
+            Some(self.chain_value(parameter).abs().max(f64::MIN_POSITIVE))
+        };
+        // A cantilever is bent at its tip.
+        let bent = value("EI").zip(value("length")).map(|(bending, length)| 3.0 * bending / length.powi(3));
+        let stretched = value("k1").or_else(|| value("k"));
+        stretched.or(bent).unwrap_or_else(|| self.mass * self.linear().stiffness)
     }
 
     /// True if the level is a displacement, not a force.
@@ -398,7 +422,8 @@ impl RigSettings {
             // Another frequency tells more than the same once more.
             ExcitationChoice::Harmonic => Excitation::harmonic(level, self.tone * if held_out { 1.2 } else { 1.0 }),
             ExcitationChoice::Multisine => {
-                Excitation::multisine(level, self.band, LINES, seed).fading_in((1.0 / low).min(0.1 * end))
+                let lines = if self.plant.is_structure() { LINES_OF_STRUCTURE } else { LINES };
+                Excitation::multisine(level, self.band, lines, seed).fading_in((1.0 / low).min(0.1 * end))
             }
             ExcitationChoice::Sweep if held_out => Excitation::sweep(level, high, low, end),
             ExcitationChoice::Sweep => Excitation::sweep(level, low, high, end),

@@ -1,6 +1,6 @@
 //! What is true of an adjustable rig.
 
-use super::settings::{EffectValue, RigSettings};
+use super::settings::{EffectValue, PlantChoice, RigSettings};
 use crate::hidden::{ChosenPlant, DriveKind, title};
 use crate::plant::Plant;
 use crate::truth::{TermList, TrueParameter, Truth};
@@ -79,14 +79,26 @@ pub(super) fn of_chain(plant: &Plant, settings: &RigSettings, truth: Truth) -> T
         unit: p.unit.to_owned(),
     });
     let rubs = !plant.contacts.is_empty();
-    let effects: Vec<String> = rubs.then(|| "coulomb_friction".to_owned()).into_iter().collect();
-    let friction = if rubs { ", with dry friction" } else { "" };
+    let own = settings.plant.parameters();
+    let given = |name: &str| own.iter().find(|p| p.name == name).is_some_and(|p| settings.chain_value(p) != 0.0);
+    let beside = [
+        (rubs, "coulomb_friction", "dry friction"),
+        (given("cubic"), "cubic_stiffness", "a cubic spring"),
+        (given("stop"), "clearance", "stops behind a clearance"),
+        (given("joint") && given("slip"), "bouc_wen_hysteresis", "a joint that slips"),
+    ];
+    let there = || beside.iter().filter(|(is, ..)| *is);
+    let effects: Vec<String> = there().map(|(_, name, _)| (*name).to_owned()).collect();
+    let named: Vec<&str> = there().map(|(.., words)| *words).collect();
+    let with = if named.is_empty() { String::new() } else { format!(", with {}", named.join(", ")) };
+    let what = if settings.plant == PlantChoice::Beam { "A cantilever beam" } else { "A chain" };
+    let nodes = if settings.plant == PlantChoice::Beam { "nodes" } else { "masses" };
     Truth {
         effects,
         parameters: parameters.collect(),
         natural_frequency: found.first().copied().unwrap_or_default(),
         description: format!(
-            "A chain of {} masses with natural frequencies of {} Hz{friction}.",
+            "{what} of {} {nodes} with natural frequencies of {} Hz{with}.",
             settings.plant.masses(),
             words.join(", ")
         ),

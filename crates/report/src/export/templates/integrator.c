@@ -533,8 +533,16 @@ static void read_inputs(const char *path)
 
 static void write_row(FILE *out, double t, const double *X)
 {
+    double U[INPUTS + 1][3], f[STATES], y[OUTPUTS + 1];
     fprintf(out, "%.17g", t);
     for (int i = 0; i < STATES; i++) fprintf(out, ",%.17g", X[i]);
+    if (OUTPUTS) {
+        /* The signs of what sticks are those of the rates. */
+        motion(t, X, f);
+        inputs_at(t, U);
+        outputs(t, X, U, side, y);
+        for (int i = 0; i < OUTPUTS; i++) fprintf(out, ",%.17g", y[i]);
+    }
     fputc('\n', out);
 }
 
@@ -549,6 +557,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < STATES; i++) X[i] = argc > 3 ? atof(argv[3 + i]) : initial[i];
     fputc('t', out);
     for (int i = 0; i < STATES; i++) fprintf(out, ",%s", state_name[i]);
+    for (int i = 0; i < OUTPUTS; i++) fprintf(out, ",%s", output_name[i]);
     fputc('\n', out);
     begin(start, X);
     write_row(out, start, X);

@@ -2,7 +2,7 @@
 % it at zero), m.stuck says which surfaces the motion is stuck on.
 
 function response = simulate(inputs, X, model)
-    % Time and states at every sample.
+    % Time, states and outputs at every sample.
     count = inputs.count;
     times = inputs.start + inputs.interval*(0:count - 1)';
     response = [times, zeros(count, numel(X))];
@@ -59,6 +59,18 @@ function response = simulate(inputs, X, model)
         else
             [X, m] = mend(t, X, m, inputs, model);
         end
+    end
+    if ~isempty(model.outputs), response = [response, shown(response, inputs, model)]; end
+end
+
+function values = shown(response, inputs, model)
+    % What sensors show at every sample.
+    values = zeros(size(response, 1), numel(model.outputs));
+    for k = 1:size(response, 1)
+        X = response(k, 2:end)';
+        U = inputs_at(response(k, 1), inputs);
+        s = sign(surfaces(response(k, 1), X, U, zeros(numel(model.slides), 1)));
+        values(k, :) = outputs(response(k, 1), X, U, s)';
     end
 end
 
@@ -346,7 +358,7 @@ end
 function write_response(file, response, model)
     out = fopen(file, 'w');
     if out < 0, error('cannot write %s', file); end
-    fprintf(out, 't%s\n', sprintf(',%s', model.states{:}));
+    fprintf(out, 't%s\n', sprintf(',%s', model.states{:}, model.outputs{:}));
     fprintf(out, ['%.17g', repmat(',%.17g', 1, size(response, 2) - 1), '\n'], response');
     fclose(out);
 end

@@ -139,6 +139,12 @@ class Motion:
                 f = f + sign * column
         return f
 
+    def shown(self, t, X):
+        """A sample of the response: the states, then the outputs."""
+        if any(self.stuck):
+            self(t, X)
+        return np.append(X, outputs(t, [float(x) for x in X], self.inputs.at(t), self.side))
+
     def surfaces(self, t, X):
         return surfaces(t, [float(x) for x in X], self.inputs.at(t), self.side)
 
@@ -247,11 +253,11 @@ def first_change(motion, solver, dense, before):
 
 
 def simulate(inputs, X):
-    """The state at every sample."""
+    """States and outputs at every sample."""
     times = inputs.start + inputs.interval * np.arange(inputs.count)
     motion = Motion(inputs)
     t, X = times[0], motion.begin(times[0], np.array(X, float))
-    response, changes, changed_at = [X], 0, 0
+    response, changes, changed_at = [motion.shown(t, X)], 0, 0
     tolerance = {"rtol": 1e-11, "atol": 1e-13 * np.array(SCALE), "max_step": inputs.interval}
     while len(response) < len(times):
         solver = DOP853(motion, t, X, times[-1], **tolerance)
@@ -266,7 +272,8 @@ def simulate(inputs, X):
                 change = first_change(motion, solver, dense, before)
             end = solver.t if change is None else change[1]
             while len(response) < len(times) and times[len(response)] <= end:
-                response.append(motion.project(times[len(response)], dense(times[len(response)])))
+                at = times[len(response)]
+                response.append(motion.shown(at, motion.project(at, dense(at))))
             if len(response) != changed_at:
                 changes, changed_at = 0, len(response)
             if change is not None:
@@ -333,7 +340,7 @@ def main():
     times, response = simulate(read_inputs(arguments[0]), initial)
     out = open(arguments[1], "w") if len(arguments) > 1 else sys.stdout
     with out:
-        print("t", *STATES, sep=",", file=out)
+        print("t", *STATES, *OUTPUTS, sep=",", file=out)
         for t, X in zip(times.tolist(), response.tolist()):
             print(t, *X, sep=",", file=out)
 
