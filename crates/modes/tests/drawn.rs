@@ -216,8 +216,8 @@ fn a_linear_chain_lacks_nothing_and_its_modes_are_right() {
 }
 
 #[test]
-fn friction_on_a_chain_is_named_at_its_place() {
-    let found = judged("chain", Hidden::Friction, 3);
+fn a_clearance_in_a_chain_is_named_at_its_place() {
+    let found = judged("chain", Hidden::Clearance, 0);
     assert!(found.effect_right && !found.wrong);
 }
 
