@@ -375,6 +375,27 @@ fn the_lesson_on_hysteresis() {
 }
 
 #[test]
+fn the_rig_has_structures_and_identify_takes_them_for_such() {
+    let mut window = Window::rig();
+    for (plant, choice, words) in [
+        ("five masses", PlantChoice::FiveMasses, "5 masses in a chain"),
+        ("beam", PlantChoice::Beam, "6 nodes of a cantilever"),
+    ] {
+        window.choose("Plant", plant);
+        assert_eq!(window.rig_settings().plant, choice);
+        assert!(window.shows("natural frequencies"), "{words}");
+        look_at(&mut window, &format!("rig-{}", choice.masses()));
+    }
+    window.slide("friction", 0.2);
+    assert!(window.rig_settings().chain["friction"] > 0.1);
+    window.click_hidden("Study in Identify");
+    window.click("Identify its modes");
+    let found = window.app().modes().map(|m| m.structure.modes.len());
+    assert!(found.is_some_and(|m| m >= 3), "{found:?}");
+    look_at(&mut window, "rig-beam-modes");
+}
+
+#[test]
 fn the_lesson_on_modes() {
     let mut window = Window::begin_lesson("Modes of a structure");
     window.click("Identify its modes");

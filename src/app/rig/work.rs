@@ -20,6 +20,10 @@ pub(crate) struct RecordedRig {
     pub(crate) outcome: Result<Arc<Outcome>, String>,
 }
 
+/// What stands in place of equations mass by mass.
+const BY_MODES: &str =
+    "A structure is identified by its modes, not mass by mass: Study in Identify, then Identify its modes.";
+
 /// Records the rig, unless the last run is of the same settings, and studies its record.
 ///
 /// # Errors
@@ -33,7 +37,11 @@ pub(crate) fn record(
     let known = last.as_ref().filter(|(of, _)| *of == settings).map(|(_, run)| Arc::clone(run));
     let run = known.map_or_else(|| record_rig(&settings).map(Arc::new), Ok).map_err(|e| e.to_string())?;
     *last = Some((settings.clone(), Arc::clone(&run)));
-    let outcome = fit(&run, usual_library, cancel).map(Arc::new).map_err(|e| e.to_string());
+    let outcome = if settings.plant.is_structure() {
+        Err(BY_MODES.to_owned())
+    } else {
+        fit(&run, usual_library, cancel).map(Arc::new).map_err(|e| e.to_string())
+    };
     Ok(RecordedRig { settings, run, outcome })
 }
 

@@ -19,6 +19,9 @@ const LARGEST: f64 = 1e9;
 /// Harmonics of the multisine and of the random bursts.
 const LINES: usize = 20;
 const BURST_LINES: usize = 60;
+/// Samples in a period of the highest natural frequency, and in one of the highest that a structure's test drives.
+const SAMPLES_OF_PERIOD: f64 = 50.0;
+const SAMPLES_OF_STRUCTURE: f64 = 12.0;
 /// Harmonics of a structure's multisine: more modes than one or three lie in its band.
 const LINES_OF_STRUCTURE: usize = 300;
 /// Modes of a beam that its band reaches.
@@ -314,7 +317,7 @@ impl RigSettings {
     }
 
     /// Excitation, sampling rate, length and settling time that suit the plant's natural frequencies: 50 samples a period of
-    /// the highest (of a beam's first four), 40 periods of the lowest.
+    /// the highest (12 of a structure's, of a beam's first four), 40 periods of the lowest.
     #[must_use]
     pub fn suited(mut self) -> Self {
         let found = self.natural_frequencies();
@@ -325,7 +328,9 @@ impl RigSettings {
         self.band = (digits(0.3 * lowest), digits(2.2 * highest));
         self.tone = digits(0.8 * lowest);
         self.duration = digits(40.0 / lowest);
-        self.rate = digits(50.0 * highest).min(SAMPLES.1 / self.duration);
+        // A record of many sensors is to be studied at once, too.
+        let samples = if self.plant.is_structure() { SAMPLES_OF_STRUCTURE } else { SAMPLES_OF_PERIOD };
+        self.rate = digits(samples * highest).min(SAMPLES.1 / self.duration);
         self.settle = 0.0;
         self
     }
