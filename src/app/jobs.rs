@@ -117,8 +117,8 @@ pub(crate) enum Job {
     Choose { records: RecordSet, settings: Settings },
     /// Find what a step of the preparation takes out of a channel, with the equation.
     Calibrate { records: RecordSet, settings: Settings, step: usize, sought: Calibration },
-    /// Study records.
-    Fit { records: RecordSet, settings: Settings },
+    /// Study records. Where nothing is shown yet and refinement takes its time, the regression's own equation comes first.
+    Fit { records: RecordSet, settings: Settings, is_first: bool },
     /// Identify the force of a component.
     Component { records: RecordSet, source: RecordSource },
     /// Look for what the force of a component lacks.
@@ -196,6 +196,8 @@ impl PinnedStudy {
 /// What is told on the way.
 #[derive(Debug)]
 pub(crate) enum Part {
+    /// An equation that refinement goes on from.
+    Fitted(Arc<Outcome>),
     /// The map as far as it is known.
     Map(SettingsGrid),
     /// What the search has found so far.
@@ -305,7 +307,12 @@ impl Work for Job {
                 let found = calibrate(&records, &settings, &[sought], cancel).map_err(sentence)?;
                 Done::Calibrated { step, found: found[0] }
             }
-            Self::Fit { records, settings } => {
+            Self::Fit { records, settings, is_first } => {
+                if is_first && settings.refine {
+                    let regressed = Settings { refine: false, ..settings.clone() };
+                    let outcome = memory.study.run(&records, &regressed, cancel).map_err(sentence)?;
+                    report.part(Part::Fitted(Arc::new(outcome)));
+                }
                 Done::Fitted(Arc::new(memory.study.run(&records, &settings, cancel).map_err(sentence)?))
             }
             Self::Component { records, source } => {

@@ -64,7 +64,7 @@ impl WindowProgram {
         for (key, update) in self.jobs.poll() {
             let (state, derived) = (&mut self.state, &mut self.derived);
             let wants = match update {
-                JobUpdate::Part(part) => update::part(state, derived, part),
+                JobUpdate::Part(part) => update::part(state, derived, part, clock),
                 JobUpdate::Done(Done::Saved(SaveResult::Taken { purpose, path })) => {
                     taken.push(SaveResult::Taken { purpose, path });
                     continue;

@@ -91,7 +91,8 @@ impl Update<'_> {
         // What is known of the terms is of other settings.
         self.cancel(Key::Resample);
         let (records, settings) = self.study();
-        self.want(Key::Fit, Job::Fit { records, settings });
+        let is_first = self.derived.records.outcome.is_none();
+        self.want(Key::Fit, Job::Fit { records, settings, is_first });
     }
 
     fn by_modes(&self) -> bool {

@@ -20,8 +20,9 @@ pub(crate) struct FrameTime {
 }
 
 /// Takes in something on the way.
-pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part) -> Vec<Want> {
+pub(crate) fn part(state: &mut State, derived: &mut Derived, part: Part, clock: FrameTime) -> Vec<Want> {
     run(state, derived, |update| match part {
+        Part::Fitted(outcome) => update.derived.records.take(outcome, clock.held, clock.now),
         Part::Map(map) => update.derived.map.take(map),
         Part::Search(event) => update.derived.missing.take(event),
         Part::Stream(part) => update.derived.stream.take(*part),

@@ -16,6 +16,7 @@ use sindyscope_values::format::number::{
 };
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
+use sindyscope_values::term::{Layout, Term};
 
 /// A part of what is told of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +112,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> 
             }
         };
         line("where", &step.round.place.words());
-        line("terms", &step.added.terms.join(", "));
+        line("terms", &summaries(&step.added.terms, &step.after.model.layout).join(", "));
         for parameter in &step.added.parameters {
             line("", &parameter_words(parameter));
         }
@@ -219,6 +220,12 @@ fn description_words(description: &Description, unit: &str, tested: &str) -> Str
         significant(lead.difference, 2),
         significant(lead.std_error, 2)
     )
+}
+
+/// Terms as the equations show them, their numbers with five digits.
+fn summaries(terms: &[String], layout: &Layout) -> Vec<String> {
+    let summary = |text: &String| Term::parse(text).map_or_else(|_| text.clone(), |term| term.summary(layout));
+    terms.iter().map(summary).collect()
 }
 
 /// The last round, if it left a gap without a name.
