@@ -106,7 +106,7 @@ fn the_catalogue_is_told_to_people_and_to_scripts() {
     let list = done(here.path(), &["effects"]);
     let all: Value = serde_json::from_str(&done(here.path(), &["effects", "--json"])).expect("JSON");
     let effects = all["effects"].as_array().expect("a list");
-    assert_eq!((all["version"].as_u64(), effects.len()), (Some(1), 38));
+    assert_eq!((all["version"].as_u64(), effects.len()), (Some(1), 39));
     assert!(effects.iter().all(|e| list.contains(e["effect"].as_str().expect("a name"))));
     let one: Value =
         serde_json::from_str(&done(here.path(), &["effects", "coulomb_friction", "--json"])).expect("JSON");
