@@ -15,7 +15,7 @@ use std::collections::HashMap;
 
 use super::columns::{Inputs, forces};
 use super::data::{Data, Series};
-use super::effects::{Direction, Form};
+use super::effects::{Axis, Direction, Form};
 use super::parameters::{InnerValues, Parameters};
 use super::rule::{BEAM, KEPT_POINTS, KEPT_PRELOADED, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
@@ -401,7 +401,8 @@ impl<'a> Regression<'a> {
         for form in 0..self.forms.len() {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
             let mut own: Vec<&Built> = Vec::new();
-            for (beside, count) in [(0, KEPT_POINTS), (1, KEPT_PRELOADED)] {
+            let loaded = if self.forms[form].axis == Axis::Displacement { KEPT_PRELOADED } else { 0 };
+            for (beside, count) in [(0, KEPT_POINTS), (1, loaded)] {
                 let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
                 sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
                 let further = sorted.into_iter().take(count);
