@@ -390,7 +390,10 @@ impl<'a> Regression<'a> {
                 let beside = |base: &Gram, further: &[Vec<f64>]| {
                     self.left_beside((base, further), &columns, (&replaces, rewrites), form)
                 };
-                let left = [beside(&base, &[]), beside(&preloaded, &preloads)].map(|l| l.unwrap_or(f64::INFINITY));
+                // Only what depends on the displacement has a place that a load moves.
+                let moves = self.forms[form].axis == Axis::Displacement;
+                let under_load = if moves { beside(&preloaded, &preloads) } else { None };
+                let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
                 (left[0] < alone || left[1] < alone || rewrites > 0 && left[0].is_finite())
@@ -401,8 +404,7 @@ impl<'a> Regression<'a> {
         for form in 0..self.forms.len() {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
             let mut own: Vec<&Built> = Vec::new();
-            let loaded = if self.forms[form].axis == Axis::Displacement { KEPT_PRELOADED } else { 0 };
-            for (beside, count) in [(0, KEPT_POINTS), (1, loaded)] {
+            for (beside, count) in [(0, KEPT_POINTS), (1, KEPT_PRELOADED)] {
                 let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
                 sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
                 let further = sorted.into_iter().take(count);
