@@ -8,7 +8,7 @@ use crate::figure::{
 };
 use crate::palette::{Ink, Tint};
 use crate::view::time_range;
-use sindyscope_search::{Curve, Map, MissingForce, Profile, Stage, Trace};
+use sindyscope_search::{Curve, Lead, Map, MissingForce, Profile, Stage, Trace};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::{Scale, format_si, per_second, raised};
 use sindyscope_values::record::Usage;
@@ -340,6 +340,45 @@ pub fn waterfall(stages: &[&Stage], noise: f64, unit: &str, tested: &str) -> Opt
         format_si(noise, unit, 2)
     );
     Some(Figure::stacked([(panel, 1.0)], 190.0, caption))
+}
+
+/// Why an effect was named rather than the nearest other set: by how much it predicts each block better that was never fitted.
+/// `index` is the effect's among those that were added. None where the blocks are not known.
+pub fn why(lead: &Lead, index: usize) -> Option<Figure> {
+    if lead.each.is_empty() {
+        return None;
+    }
+    let bar = |(k, height): (usize, &f64)| {
+        let at = (k + 1) as f64;
+        PlotBar { from: at - 0.4, to: at + 0.4, height: *height, text: String::new(), text_at: *height }
+    };
+    let (won, lost): (Vec<_>, Vec<_>) = lead.each.iter().enumerate().partition(|(_, d)| **d > 0.0);
+    let (low, high) = lead.each.iter().fold((0.0_f64, 0.0_f64), |(low, high), d| (low.min(*d), high.max(*d)));
+    let room = 0.08 * (high - low).max(f64::MIN_POSITIVE);
+    let x = Axis::linear("block that was never fitted", "", (0.4, lead.each.len() as f64 + 0.6));
+    let y = Axis::linear("log density gained", "", (if low < 0.0 { low - room } else { 0.0 }, high + room));
+    let mut panel = Panel { fixed: true, ..Panel::new("blocks", x, y) };
+    let parts = [(won, Ink::of_stage(index + 1), "predicted better"), (lost, Ink::Error, "predicted worse")];
+    for (bars, ink, name) in parts {
+        if !bars.is_empty() {
+            let bars = bars.into_iter().map(bar).collect();
+            panel.layers.push(Layer::new(ink, name, Shape::Bars { bars, hollow: false }));
+        }
+    }
+    panel.columns = vec![
+        ("block".to_owned(), (1..=lead.each.len()).map(|k| k as f64).collect()),
+        ("log density gained".to_owned(), lead.each.clone()),
+    ];
+    let caption = format!(
+        "Why this effect: by how much it predicts each block of data better that was never fitted than {} does (log predictive density). \
+         {} of {} blocks are predicted better; the sum is {} ± {}.",
+        lead.against_words(),
+        lead.won,
+        lead.blocks,
+        significant(lead.difference, 2),
+        significant(lead.std_error, 2)
+    );
+    Some(Figure::stacked([(panel, 1.0)], 130.0, caption))
 }
 
 /// What a stage is called beneath its bars, in lines that are short enough.

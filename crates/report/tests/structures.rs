@@ -237,7 +237,15 @@ impl Case {
             site: self.site,
             parameters: vec![parameter("k", self.size), parameter("gap", GAP)],
             drives: modes.iter().map(|m| m.coordinate(self.pull())).collect(),
-            lead: Lead { blocks: 1, won: 1, difference: 1.0, std_error: 1.0, quantile: 1.0, against: "none".into() },
+            lead: Lead {
+                blocks: 1,
+                won: 1,
+                difference: 1.0,
+                std_error: 1.0,
+                quantile: 1.0,
+                against: "none".into(),
+                ..Lead::default()
+            },
             rivals: Vec::new(),
             tried: Vec::new(),
         });

@@ -73,6 +73,8 @@ pub fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
         std_error: (n as f64 * variance).sqrt(),
         quantile: sums.get((QUANTILE * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
         against: against.to_owned(),
+        titles: Vec::new(),
+        each: differences,
     }
 }
 

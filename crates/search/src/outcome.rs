@@ -359,6 +359,25 @@ pub struct Lead {
     pub quantile: f64,
     /// The other set, by the names of its effects; `none` for the model without any.
     pub against: String,
+    /// The titles of those effects, with their places; empty where they are not known.
+    #[serde(default)]
+    pub titles: Vec<String>,
+    /// Each block's difference, in the order of records and time; empty in a walk that was stored before they were kept.
+    #[serde(default)]
+    pub each: Vec<f64>,
+}
+
+impl Lead {
+    /// The other set in words, for a sentence.
+    pub fn against_words(&self) -> String {
+        if !self.titles.is_empty() {
+            return self.titles.join(" and ");
+        }
+        match self.against.as_str() {
+            "none" => "the model without it".to_owned(),
+            names => names.replace('_', " "),
+        }
+    }
 }
 
 /// One look: is there a gap beyond the stage, where is it, which effects might it be.
@@ -380,7 +399,7 @@ pub struct Round {
     pub next_experiment: Option<NextExperiment>,
     /// Effects by title with the least size, as a share of the spring force, that these data would have shown.
     pub hidden_up_to: Vec<(String, f64)>,
-    /// How far the effect that it led to leads the best set without it; none where no step was taken.
+    /// How far its first candidate leads the best set without it; none where nothing stands.
     pub lead: Option<Lead>,
 }
 

@@ -20,6 +20,14 @@ use sindyscope_core::study::Cancel;
 pub(super) struct Decision {
     pub(super) finding: Finding,
     pub(super) next_experiment: Option<NextExperiment>,
+    pub(super) lead: Option<Lead>,
+}
+
+impl Decision {
+    /// A look that leads to no effect.
+    pub(super) fn without_effect(finding: Finding) -> Self {
+        Self { finding, next_experiment: None, lead: None }
+    }
 }
 
 /// Sets of effects that were tried, and what the comparison says of them.
@@ -93,7 +101,8 @@ impl Tried {
         let nearest = without.max_by(|a, b| a.sum().total_cmp(&b.sum()))?;
         let names: Vec<String> = self.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        Some(lead(&winner.blocks, &nearest.blocks, &against))
+        let titles = nearest.forms.iter().map(|k| self.forms[*k].full_title()).collect();
+        Some(Lead { titles, ..lead(&winner.blocks, &nearest.blocks, &against) })
     }
 }
 
@@ -118,7 +127,7 @@ impl Search {
         }
         let Some(winner) = tried.winner() else {
             candidates.sort_by_key(|c| std::cmp::Reverse(c.stage.is_some()));
-            return Decision { finding: Finding::Unexplained, next_experiment: None };
+            return Decision::without_effect(Finding::Unexplained);
         };
         let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
         let mut own = tried.choices(winner);
@@ -150,7 +159,7 @@ impl Search {
             });
         }
         let finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
-        Decision { finding, next_experiment }
+        Decision { finding, next_experiment, lead: own.first().and_then(|effect| tried.lead_of(effect)) }
     }
 
     /// Where the effects of rivals that the winner lacks stand among candidates.

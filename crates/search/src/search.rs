@@ -429,13 +429,13 @@ impl Search {
             finding: decision.finding,
             next_experiment: decision.next_experiment,
             hidden_up_to: data.detectable(&seen, cancel),
-            lead: None,
+            lead: decision.lead,
         };
         // Correlated residuals may hide a gap from the tests, not one of several noises.
         let loud = before.error() > 2.0 * data.noise.hypot(data.between_samples(&before, cancel));
         if !(evidence.significant || loud) || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
-            let round = round(candidates, evidence, Decision { finding, next_experiment: None });
+            let round = round(candidates, evidence, Decision::without_effect(finding));
             check()?;
             return Ok(round);
         }

@@ -92,14 +92,11 @@ pub(super) fn described(
 
 /// How far a set leads the nearest one without an effect, in a sentence behind others.
 pub(super) fn led(lead: &Lead) -> String {
-    let against = match lead.against.as_str() {
-        "none" => "the model without it".to_owned(),
-        names => names.replace('_', " "),
-    };
     format!(
-        " Of {} blocks that were never fitted {} are predicted better than by {against}; log density +{} ± {}.",
+        " Of {} blocks that were never fitted {} are predicted better than by {}; log density +{} ± {}.",
         lead.blocks,
         lead.won,
+        lead.against_words(),
         significant(lead.difference, 2),
         significant(lead.std_error, 2)
     )

@@ -59,6 +59,8 @@ pub(crate) enum WalkFigure {
     Curve(Choice),
     /// The error after each effect.
     Waterfall,
+    /// Why an effect was named, block by block: its index among those that were added.
+    Why(usize),
 }
 
 impl WalkFigure {
@@ -73,6 +75,7 @@ impl WalkFigure {
             Self::Left => "what is left",
             Self::Curve(_) => "effect",
             Self::Waterfall => "errors",
+            Self::Why(_) => "why",
         }
     }
 
@@ -81,6 +84,7 @@ impl WalkFigure {
         match self {
             Self::Map => "Map of the missing force",
             Self::Profile | Self::Left => "Missing force along one quantity",
+            Self::Why(_) => "What each block that was never fitted says for the effect",
             other => other.name(),
         }
     }

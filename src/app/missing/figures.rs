@@ -60,8 +60,12 @@ pub(super) fn show(
         WalkFigure::Time(_) => drawing.panels().flat_map(|p| [p.x.range.0.to_bits(), p.x.range.1.to_bits()]).collect(),
         _ => Vec::new(),
     };
-    // Cards stand beside each other, each with a plot of its own.
-    let number = if let WalkFigure::Curve(choice) = figure { painter::stamp(format!("{choice:?}")) } else { 0 };
+    // Of these several stand beside each other, each with a plot of its own.
+    let number = match figure {
+        WalkFigure::Curve(choice) => painter::stamp(format!("{choice:?}")),
+        WalkFigure::Why(index) => *index as u64,
+        _ => 0,
+    };
     let place = FigurePlace {
         number,
         compact: manner.compact,
@@ -93,7 +97,11 @@ pub(super) fn kept(
 ) -> Option<Arc<Drawing>> {
     let made_of = made_of(canvas, context, figure, preview)?;
     let mut figures = std::mem::take(&mut canvas.figures);
-    let name = if let WalkFigure::Curve(choice) = figure { format!("{choice:?}") } else { figure.place().to_owned() };
+    let name = match figure {
+        WalkFigure::Curve(choice) => format!("{choice:?}"),
+        WalkFigure::Why(index) => format!("why {index}"),
+        _ => figure.place().to_owned(),
+    };
     let drawing = figures.get(name, made_of, || make(canvas, context, figure, preview));
     canvas.figures = figures;
     drawing
@@ -181,6 +189,7 @@ fn made_of(
             let errors = context.stages().into_iter().flat_map(|s| [s.gap.train_rmse, s.gap.test_rmse.unwrap_or(-1.0)]);
             errors.chain([context.known.noise_floor]).map(f64::to_bits).collect()
         }
+        WalkFigure::Why(index) => [vec![*index as u64], bits(&context.lead(*index)?.1.each)].concat(),
     })
 }
 
@@ -235,6 +244,7 @@ fn make(
             let stages: Vec<&Stage> = context.stages().into_iter().map(AsRef::as_ref).collect();
             walk::waterfall(&stages, context.known.noise_floor, context.unit, "never fitted")
         }
+        WalkFigure::Why(index) => walk::why(context.lead(*index)?.1, *index),
     }
 }
 

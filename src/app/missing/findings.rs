@@ -3,6 +3,9 @@
 use egui::{Align, Color32, FontId, Layout as Flow, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
 use sindyscope_values::format::units::{as_fraction, format_si};
 
+use super::act::{WalkAct, WalkFigure};
+use super::canvas::WalkCanvas;
+use super::figures::{self, Manner};
 use super::known::{WalkContext, stage_color};
 use super::words;
 use crate::app::theme::{self, ROW};
@@ -11,7 +14,7 @@ use sindyscope_rig::Truth;
 use sindyscope_rig::hidden::title;
 use sindyscope_search::{Choice, Stage, Test};
 use sindyscope_values::format::equations::{by_share, is_kinematic};
-use sindyscope_values::format::number::{align_at_point, format_measured, significant_trimmed};
+use sindyscope_values::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use sindyscope_values::term::{Expression, Term};
 
 /// Why the figure may be smaller than that of Identify.
@@ -21,10 +24,20 @@ const NOISE: &str = "Standard deviation of the noise in the samples that are sea
 /// Questions that are shown without being asked for.
 const SHOWN: usize = 5;
 
-pub(super) fn show(ui: &mut Ui, context: &WalkContext<'_>, preview: Option<&Choice>) {
+/// Height of the figure of the blocks, points.
+const BLOCKS: f32 = 120.0;
+
+pub(super) fn show(
+    ui: &mut Ui,
+    canvas: &mut WalkCanvas,
+    context: &WalkContext<'_>,
+    preview: Option<&Choice>,
+    acts: &mut Vec<WalkAct>,
+) {
     let stage = preview.and_then(|c| context.with(c)).or(context.stage());
     gap(ui, context);
     equation(ui, context, stage.map(|s| &**s), stage.is_some() && preview.and_then(|c| context.with(c)).is_some());
+    why(ui, canvas, context, acts);
     evidence(ui, context);
     knowing(ui, context);
     ui.add_space(8.0);
@@ -162,6 +175,32 @@ fn term_row(ui: &mut Ui, number: &str, pretty: &str, share: f64, color: Option<C
     painter.galley(pos2(left, rect.center().y - 0.5 * number.size().y), number, text);
     painter.galley(pos2(left + width + 10.0, rect.center().y - 0.5 * name.size().y), name, text);
     response.on_hover_text(format!("{said}\n{} % of the forces' RMS", significant_trimmed(100.0 * share, 3)));
+}
+
+/// Why each effect was named, or is the first candidate: its lead over the best set without it, on data never fitted.
+fn why(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &mut Vec<WalkAct>) {
+    let leads = (0..=context.walk.accepted.len()).filter_map(|k| Some((k, context.lead(k)?)));
+    for (place, (k, (title, lead))) in leads.enumerate() {
+        if place == 0 {
+            section(ui, "WHY?", |_| {}, |_| {});
+        }
+        let said = format!(
+            "{title}: {} of {} blocks that were never fitted are predicted better than by {}.",
+            lead.won,
+            lead.blocks,
+            lead.against_words()
+        );
+        let sum = format!(
+            "log density +{} ± {}; over resampled blocks at least {}",
+            significant(lead.difference, 2),
+            significant(lead.std_error, 2),
+            significant(lead.quantile, 2)
+        );
+        ui.add(egui::Label::new(RichText::new(said).size(12.5)).wrap()).on_hover_text(&sum);
+        ui.add(egui::Label::new(RichText::new(&sum).weak().size(12.0)).wrap());
+        let manner = Manner::new(vec2(ui.available_width(), BLOCKS)).compact();
+        figures::show(ui, canvas, context, (&WalkFigure::Why(k), None), manner, acts);
+    }
 }
 
 /// The statistical questions and their answers in words.

@@ -9,7 +9,7 @@ use crate::app::plot::palette::{Ink, Painted as _};
 use crate::app::queue::JobProgress;
 use crate::app::records::OpenRecords;
 use crate::app::state::{Base, Edit, Walk};
-use sindyscope_search::{Blind, Candidate, Choice, Diagnosis, Place, Round, Site, Stage, Standing, Trace};
+use sindyscope_search::{Blind, Candidate, Choice, Diagnosis, Lead, Place, Round, Site, Stage, Standing, Trace};
 use sindyscope_values::term::{Kind, Term};
 
 /// Everything found for one set of records and one base.
@@ -82,6 +82,16 @@ impl<'a> WalkContext<'a> {
 
     pub(super) fn round(&self) -> Option<&'a Arc<Round>> {
         self.known.rounds.get(&self.walk.accepted)
+    }
+
+    /// How far an effect leads the best set without it, and the effect's title: of this index among those that were added, or the
+    /// first candidate for the next. None where a person chose another than the first.
+    pub(super) fn lead(&self, index: usize) -> Option<(&'a str, &'a Lead)> {
+        let accepted = &self.walk.accepted;
+        let round = self.known.rounds.get(accepted.get(..index)?)?;
+        let first = round.candidates.first()?;
+        let added = accepted.get(index).is_none_or(|choice| first.choice == *choice);
+        round.lead.as_ref().filter(|_| added).map(|lead| (&*first.title, lead))
     }
 
     pub(super) fn conclusion(&self) -> Option<&'a Arc<Diagnosis>> {

@@ -100,14 +100,23 @@ pub(crate) fn controls(
 }
 
 /// Draws the right column.
-pub(crate) fn findings(ui: &mut Ui, room: &Missing, canvas: &WalkCanvas, data: &OpenRecords, edit: &Edit) {
+pub(crate) fn findings(
+    ui: &mut Ui,
+    room: &Missing,
+    canvas: &mut WalkCanvas,
+    data: &OpenRecords,
+    edit: &Edit,
+) -> Vec<WalkAct> {
+    let mut acts = Vec::new();
     let subject = WalkSubject::of(data);
     let context = context(ui, room, canvas, &edit.walk, &subject);
     if let Some(truth) = data.truth.as_ref().filter(|_| canvas.view.revealed) {
         findings::truth(ui, &context, truth);
     }
-    let looked_at = canvas.hovered.as_ref().or(canvas.view.selected.as_ref());
-    findings::show(ui, &context, looked_at.filter(|_| canvas.view.step == RoundStep::Add));
+    let looked_at = canvas.hovered.clone().or_else(|| canvas.view.selected.clone());
+    let preview = looked_at.filter(|_| canvas.view.step == RoundStep::Add);
+    findings::show(ui, canvas, &context, preview.as_ref(), &mut acts);
+    acts
 }
 
 fn context<'a>(

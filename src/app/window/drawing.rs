@@ -271,7 +271,9 @@ impl App {
                 panel::findings(ui, |ui| modal::missing_findings(ui, &derived.modal, modal));
             }
             Room::Missing => {
-                panel::findings(ui, |ui| missing::findings(ui, &derived.missing, walk, context.data, context.edit));
+                panel::findings(ui, |ui| {
+                    done.walk.extend(missing::findings(ui, &derived.missing, walk, context.data, context.edit));
+                });
             }
             _ if context.edit.base.model == BaseModel::Modes => {
                 panel::findings(ui, |ui| modal::findings(ui, &derived.modal, modal));

@@ -6,7 +6,7 @@ use crate::palette::Ink;
 use crate::view::{Subject, View, ViewOptions};
 use crate::walk::{self, Compared, WalkResponse};
 use sindyscope_core::study::{Outcome, RecordOutcome};
-use sindyscope_search::{Curve, Diagnosis, Stage, Trace};
+use sindyscope_search::{Curve, Diagnosis, Lead, Stage, Trace};
 use sindyscope_values::format::shown::ShownUnits;
 use sindyscope_values::record::Usage;
 
@@ -99,6 +99,11 @@ pub(super) fn waterfall(diagnosis: &Diagnosis, unit: &str) -> Option<Drawing> {
     let stages: Vec<&Stage> = diagnosis.stages.iter().map(AsRef::as_ref).collect();
     let tested = if diagnosis.has_held_out() { "held out: never fitted" } else { "left out of the fit in turn" };
     Some(drawn(&walk::waterfall(&stages, diagnosis.noise_floor, unit, tested)?, &Extent::PAGE))
+}
+
+/// Why an effect was named, block by block.
+pub(super) fn why(lead: &Lead, index: usize) -> Option<Drawing> {
+    Some(drawn(&walk::why(lead, index)?, &Extent::PAGE))
 }
 
 /// The measured missing force and an effect's own.

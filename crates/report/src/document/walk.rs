@@ -301,6 +301,8 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
             blocks.push(Block::Table(parameter_table(parameters)));
         }
         blocks.extend(drawings::curve(&step.candidate.curve, &step.added.title, unit).map(Block::Figure));
+        let index = step.before.effects.len();
+        blocks.extend(round.lead.as_ref().and_then(|lead| drawings::why(lead, index)).map(Block::Figure));
         let alike: Vec<&str> = step.indistinguishable().iter().map(|c| c.title.as_str()).collect();
         if !alike.is_empty() {
             let text = format!("These data cannot tell it from: {}.", alike.join(", "));

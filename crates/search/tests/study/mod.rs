@@ -61,6 +61,11 @@ pub(crate) struct Result {
     pub(crate) trait_size: Option<f64>,
     /// Why the truth was not named, if it was a candidate.
     pub(crate) why: String,
+    /// What is left is noise, or too little to matter.
+    pub(crate) explained: bool,
+    /// Log density by which the effects that were added lead the best set without one of them: the least of all; none where
+    /// nothing was added.
+    pub(crate) lead: Option<f64>,
 }
 
 pub(crate) fn tied(a: &str, b: &str) -> bool {
@@ -144,6 +149,7 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
             _ => None,
         })
         .unwrap_or_default();
+    let leads = diagnosis.steps().into_iter().filter_map(|s| Some(s.round.lead.as_ref()?.difference)).reduce(f64::min);
     let noise = hidden.truth.noise.max(1e-12);
     let truth = case.effects.first();
     let why = rounds
@@ -163,6 +169,8 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
         p_value: rounds.first()?.evidence.p_value,
         trait_size: hidden.truth.beyond_simpler.map(|size| size / noise),
         why,
+        explained: diagnosis.explained,
+        lead: leads,
     })
 }
 
@@ -257,6 +265,33 @@ pub(crate) fn confusion(results: &[Result]) -> String {
             count(&|r| r.verdict == Verdict::NothingMissing),
             instead.join(", ")
         );
+    }
+    out
+}
+
+/// Lower ends of the classes of leads in [`odds`], log density.
+const LEADS: [f64; 5] = [5.0, 10.0, 30.0, 100.0, 1000.0];
+
+/// Stated odds against found ones, of the draws that were named: for each class of leads (the odds stated are those of its lower
+/// end), how many were named and how many of them wrongly, where the gap is explained and where more than noise is left.
+pub(crate) fn odds(results: &[Result]) -> String {
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{:<26} {:>9} {:>7} {:>14} {:>7}",
+        "lead, log density", "explained", "wrong", "not explained", "wrong"
+    );
+    for (k, low) in LEADS.iter().enumerate() {
+        let high = LEADS.get(k + 1).copied().unwrap_or(f64::INFINITY);
+        let within = |r: &&Result| r.verdict == Verdict::Named && r.lead.is_some_and(|l| (*low..high).contains(&l));
+        let count = |explained: bool| {
+            let of: Vec<&Result> = results.iter().filter(within).filter(|r| r.explained == explained).collect();
+            (of.len(), of.iter().filter(|r| r.named_wrong()).count())
+        };
+        let ((all, wrong), (open, open_wrong)) = (count(true), count(false));
+        let range = if high.is_finite() { format!("{low} to {high}") } else { format!("above {low}") };
+        let odds = format!("{range} (wrong: {:.1e})", (-low).exp());
+        let _ = writeln!(out, "{odds:<26} {all:>9} {wrong:>7} {open:>14} {open_wrong:>7}");
     }
     out
 }
