@@ -63,7 +63,7 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 /// The commands that are one each, in the order of the help: group, label, tooltip and key.
-const TABLE: [Row; 31] = [
+const TABLE: [CommandRow; 31] = [
     (
         WindowCommand::Open,
         "Files",
@@ -224,7 +224,7 @@ const TABLE: [Row; 31] = [
 ];
 
 /// A command with its group, label, tooltip and key.
-type Row = (WindowCommand, &'static str, &'static str, &'static str, Option<(Modifiers, Key)>);
+type CommandRow = (WindowCommand, &'static str, &'static str, &'static str, Option<(Modifiers, Key)>);
 
 impl WindowCommand {
     /// Every command, in the order of the help.

@@ -21,7 +21,7 @@ use sindyscope_system::time::Instant;
 const UNSEEN: Duration = Duration::from_millis(400);
 
 /// The files that will have been chosen; none if none was.
-type Answer = Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>>;
+type DialogAnswer = Pin<Box<dyn Future<Output = Option<Vec<PathBuf>>>>>;
 
 /// A file that a person chose.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ struct OpenDialog {
     /// The name that was offered.
     name: String,
     since: Instant,
-    answer: Answer,
+    answer: DialogAnswer,
 }
 
 /// A path being typed.
@@ -84,7 +84,7 @@ impl Dialogs {
     }
 
     /// Waits for files that are being chosen or handed in.
-    pub(crate) fn expect(&mut self, purpose: Purpose, name: &str, answer: Answer) {
+    pub(crate) fn expect(&mut self, purpose: Purpose, name: &str, answer: DialogAnswer) {
         self.open = Some(OpenDialog { purpose, name: name.to_owned(), since: Instant::now(), answer });
     }
 

@@ -88,7 +88,7 @@ pub(super) struct GenerateOptions {
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
     set: Vec<(String, f64)>,
     #[command(flatten)]
-    hidden: hidden::HiddenOptions,
+    hidden: hidden::HiddenArguments,
 }
 
 impl GenerateOptions {

@@ -14,7 +14,7 @@ pub(super) use sindyscope_rig::hidden::HIDDEN_SCENARIO as NAME;
 /// Options of `generate hidden`, of no use to other scenarios.
 #[derive(Args, Clone, Debug, PartialEq)]
 #[command(next_help_heading = "Options of the scenario `hidden`")]
-pub(super) struct HiddenOptions {
+pub(super) struct HiddenArguments {
     /// What is hidden (two at once: with a comma; `nothing`); drawn blind if not given
     #[arg(long, value_name = "EFFECT,…", value_delimiter = ',')]
     effect: Vec<String>,
@@ -41,7 +41,7 @@ fn share(text: &str) -> Result<f64, String> {
     value.filter(|v| v.is_finite()).ok_or_else(|| format!("{text:?} is no share: write 0.05 or 5%"))
 }
 
-impl HiddenOptions {
+impl HiddenArguments {
     /// True if any of them was given.
     pub(super) fn given(&self) -> bool {
         let Self { effect, excitation, noise_kind, ratio, samples, reveal } = self;

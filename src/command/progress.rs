@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sindyscope_analysis::Progress;
+use sindyscope_analysis::AnalysisProgress;
 
 /// A line on the terminal that says what is done, how far it is, and how long it will take; nothing where no person is watching,
 /// as behind a pipe. It is gone with the value.
@@ -21,10 +21,10 @@ impl ProgressLine {
     }
 
     /// What an analysis tells.
-    pub(super) fn show(&self, progress: Progress) {
+    pub(super) fn show(&self, progress: AnalysisProgress) {
         match progress {
-            Progress::Stage(what) => self.stage(what),
-            Progress::Share(what, share) => self.share(what, share),
+            AnalysisProgress::Stage(what) => self.stage(what),
+            AnalysisProgress::Share(what, share) => self.share(what, share),
         }
     }
 

@@ -110,7 +110,7 @@ pub(super) fn run(options: &WatchOptions, progress: &ProgressLine, out: &mut imp
     let mut watch = Watch::new(&source.to_string(), request.clone(), *watching).map_err(Failure::from)?;
     let arriving = Arriving::open(source, &cancel)
         .map_err(|e| Failure::new(e).try_this("see `sindyscope watch --help` for how a source is written"))?;
-    let mut printer = Printer::new(options, out)?;
+    let mut printer = WatchPrinter::new(options, out)?;
     let mut told = Vec::new();
     progress.share("collecting the first seconds", 0.0);
     loop {
@@ -173,10 +173,10 @@ fn interrupted(cancel: &Cancel) {
 }
 
 /// What is printed, and written to a table.
-struct Printer<'a, W: Write> {
+struct WatchPrinter<'a, W: Write> {
     options: &'a WatchOptions,
     out: &'a mut W,
-    table: Option<Table>,
+    table: Option<WatchTable>,
     settled: Option<Box<Settled>>,
     /// Time from which on the next line is due.
     due: f64,
@@ -185,9 +185,9 @@ struct Printer<'a, W: Write> {
     updates: Vec<StreamUpdate>,
 }
 
-impl<'a, W: Write> Printer<'a, W> {
+impl<'a, W: Write> WatchPrinter<'a, W> {
     fn new(options: &'a WatchOptions, out: &'a mut W) -> Result<Self, Failure> {
-        let table = options.out.as_deref().map(Table::new).transpose()?;
+        let table = options.out.as_deref().map(WatchTable::new).transpose()?;
         Ok(Self { options, out, table, settled: None, due: f64::NEG_INFINITY, alarms: 0, updates: Vec::new() })
     }
 
@@ -314,14 +314,14 @@ fn equations(update: &StreamUpdate) -> String {
 }
 
 /// The coefficients over time as CSV.
-struct Table {
+struct WatchTable {
     path: PathBuf,
     csv: csv::Writer<std::fs::File>,
     /// The states whose rates are identified, once the first row has told; a column of each term for each.
     states: Option<Vec<Symbol>>,
 }
 
-impl Table {
+impl WatchTable {
     fn new(path: &Path) -> Result<Self, Failure> {
         let file = std::fs::File::create(path).map_err(|e| Failure::writing(path, &e))?;
         Ok(Self { path: path.to_owned(), csv: csv::Writer::from_writer(file), states: None })

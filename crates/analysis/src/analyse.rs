@@ -9,7 +9,7 @@ use sindyscope_values::record::{RecordSet, Usage};
 
 /// What is being done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Progress {
+pub enum AnalysisProgress {
     /// This, of which it is not known how far it is.
     Stage(&'static str),
     /// This, and the share of the whole that is done, 0 to 1.
@@ -17,7 +17,7 @@ pub enum Progress {
 }
 
 /// Whoever is told of progress, on any thread.
-pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
+pub type AnalysisListener<'a> = &'a (dyn Fn(AnalysisProgress) + Sync);
 
 /// A study with how its settings came about.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub struct Analysis {
 
 /// Settings with nothing left open.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
+pub(crate) struct ChosenSettings {
     pub(crate) settings: Settings,
     /// How those that were not given were chosen.
     pub(crate) choice: Option<String>,
@@ -52,8 +52,8 @@ pub(crate) fn chosen(
     records: &RecordSet,
     streamed: bool,
     cancel: &Cancel,
-    tell: Listener<'_>,
-) -> Result<Chosen, AnalysisError> {
+    tell: AnalysisListener<'_>,
+) -> Result<ChosenSettings, AnalysisError> {
     if request.source.reading.kind == KindName::Component {
         return Err(AnalysisError::NoMass);
     }
@@ -66,12 +66,12 @@ pub(crate) fn chosen(
     }
     let mut choice = None;
     if free.window || free.order || free.threshold {
-        let told = |stage, share| tell(Progress::Share(stage, share));
+        let told = |stage, share| tell(AnalysisProgress::Share(stage, share));
         let found = choose(records, &settings, free, cancel, &told)?;
         settings = found.settings;
         choice = Some(found.reason);
     }
-    Ok(Chosen { settings, choice, suggested })
+    Ok(ChosenSettings { settings, choice, suggested })
 }
 
 /// Chooses what was left open, and runs the study of prepared records.
@@ -82,21 +82,21 @@ pub fn analyse(
     request: &AnalysisRequest,
     mut records: RecordSet,
     cancel: &Cancel,
-    tell: Listener<'_>,
+    tell: AnalysisListener<'_>,
 ) -> Result<Analysis, AnalysisError> {
-    let Chosen { mut settings, choice, suggested } = chosen(request, &records, false, cancel, tell)?;
+    let ChosenSettings { mut settings, choice, suggested } = chosen(request, &records, false, cancel, tell)?;
     let mut calibrated = Vec::new();
     if !request.calibrations.is_empty() {
-        tell(Progress::Stage("finding what is asked of the channels"));
+        tell(AnalysisProgress::Stage("finding what is asked of the channels"));
         calibrated = calibrate(&records, &settings, &request.calibrations, cancel)?;
         let steps: Vec<Preparation> = calibrated.iter().map(|c| c.treatment().into()).collect();
         records = prepare(&records, &steps).map_err(AnalysisError::Calibrate)?;
         settings.refine = true;
     }
-    tell(Progress::Stage(if settings.refine { "fitting the response" } else { "fitting and simulating" }));
+    tell(AnalysisProgress::Stage(if settings.refine { "fitting the response" } else { "fitting and simulating" }));
     let mut study = Study::default();
     let outcome = study.run(&records, &settings, cancel)?;
-    tell(Progress::Stage("asking how long the equation predicts"));
+    tell(AnalysisProgress::Stage("asking how long the equation predicts"));
     let horizon = |usage: Usage| study.horizon(&outcome, usage, cancel);
     let horizons = [horizon(Usage::Fit)?, horizon(Usage::HeldOut)?];
     Ok(Analysis { records, outcome, horizons, choice, calibrated, suggested })

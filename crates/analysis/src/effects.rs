@@ -31,13 +31,13 @@ use sindyscope_search::{Axis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnState
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
-    effect: Vec<Spanned<Entry>>,
+struct EffectFile {
+    effect: Vec<Spanned<EffectEntry>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Entry {
+struct EffectEntry {
     name: Spanned<String>,
     title: Option<String>,
     words: Spanned<String>,
@@ -52,12 +52,12 @@ struct Entry {
     #[serde(default)]
     states: BTreeMap<String, Spanned<String>>,
     #[serde(default)]
-    inner: BTreeMap<String, Spanned<Quantity>>,
+    inner: BTreeMap<String, Spanned<EntryQuantity>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Quantity {
+struct EntryQuantity {
     bounds: (f64, f64),
     #[serde(default)]
     unit: String,
@@ -97,7 +97,7 @@ pub fn of_text(file: &str, text: &str) -> Result<Vec<OwnEffect>, AnalysisError> 
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
         AnalysisError::Effects { file: file.to_owned(), line, column, problem }
     };
-    let read: File = toml::from_str(text).map_err(|e| {
+    let read: EffectFile = toml::from_str(text).map_err(|e| {
         let problem = e.message().lines().next().unwrap_or_default().to_owned();
         wrong(e.span().map_or(0, |span| span.start), problem)
     })?;
@@ -158,7 +158,7 @@ fn in_text(file: &str, text: &Spanned<String>, column: usize) -> usize {
 }
 
 /// An entry as an effect; where it is wrong, and why.
-fn effect(entry: &Entry) -> Result<OwnEffect, (usize, String)> {
+fn effect(entry: &EffectEntry) -> Result<OwnEffect, (usize, String)> {
     let terms = entry.terms.get_ref();
     let as_many = |what: &str, count: usize, at: usize| {
         // A list without terms is wrong in itself.
@@ -199,8 +199,8 @@ fn effect(entry: &Entry) -> Result<OwnEffect, (usize, String)> {
         unit: entry.units.as_ref().map(|list| list.get_ref()[k].clone()).unwrap_or_default(),
         sign: entry.signs.as_ref().map(|list| list.get_ref()[k]).unwrap_or_default(),
     };
-    let quantity = |(name, quantity): (&String, &Spanned<Quantity>)| {
-        let Quantity { bounds, unit } = quantity.get_ref();
+    let quantity = |(name, quantity): (&String, &Spanned<EntryQuantity>)| {
+        let EntryQuantity { bounds, unit } = quantity.get_ref();
         OwnQuantity { name: name.clone(), bounds: *bounds, unit: unit.clone() }
     };
     let state =

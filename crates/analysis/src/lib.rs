@@ -42,7 +42,7 @@ pub mod series;
 pub mod source;
 pub mod watch;
 
-pub use analyse::{Analysis, Progress, analyse};
+pub use analyse::{Analysis, AnalysisProgress, analyse};
 pub use error::AnalysisError;
 pub use missing::{MissingRequest, search};
 pub use request::{AnalysisRequest, Terms};

@@ -1,6 +1,6 @@
 //! The search for missing effects as it is asked for.
 
-use crate::analyse::{Listener, Progress};
+use crate::analyse::{AnalysisListener, AnalysisProgress};
 use crate::error::AnalysisError;
 use crate::request::Terms;
 use sindyscope_core::study::Cancel;
@@ -41,7 +41,7 @@ pub fn search(
     request: &MissingRequest,
     records: &RecordSet,
     cancel: &Cancel,
-    tell: Listener<'_>,
+    tell: AnalysisListener<'_>,
 ) -> Result<Diagnosis, AnalysisError> {
     let lists: Vec<Vec<Term>> = request.known.iter().map(Terms::for_all).collect::<Result<_, _>>()?;
     let mut ask = Ask {
@@ -58,7 +58,7 @@ pub fn search(
         };
         list.extend(part.entries.iter().cloned());
     }
-    tell(Progress::Stage("looking at the records"));
+    tell(AnalysisProgress::Stage("looking at the records"));
     let search = Search::new(records, &ask)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
@@ -67,7 +67,7 @@ pub fn search(
     }
     let told = |progressed: sindyscope_search::Progress| {
         if let sindyscope_search::Progress::Step(what, share) = progressed {
-            tell(Progress::Share(what, share));
+            tell(AnalysisProgress::Share(what, share));
         }
     };
     Ok(search.diagnose(&told, cancel)?)

@@ -2,28 +2,28 @@
 
 use std::ops::Range;
 
-use super::effect::Addition;
-use super::specimen::{Path, Specimen};
+use super::effect::ForceAddition;
+use super::specimen::{RecordPath, Specimen};
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Layout, Program, SampleStretch, Symbol, Term};
 
 /// The rows of all records one after the other: which are fitted, and which are not.
 #[derive(Clone, Debug)]
-pub(crate) struct Rows {
+pub(crate) struct ComponentRows {
     /// One range a record; empty where nothing of it is fitted.
     pub(crate) seen: Vec<Range<usize>>,
     pub(crate) unseen: Vec<Range<usize>>,
     pub(crate) count: usize,
 }
 
-impl Rows {
+impl ComponentRows {
     /// The rows of a specimen as it says.
     pub(crate) fn new(specimen: &Specimen) -> Self {
         Self::split(specimen, |p| p.unseen_from)
     }
 
     /// The rows up to a sample of each record, and those from there on.
-    pub(crate) fn split(specimen: &Specimen, from: impl Fn(&Path) -> usize) -> Self {
+    pub(crate) fn split(specimen: &Specimen, from: impl Fn(&RecordPath) -> usize) -> Self {
         let (mut seen, mut unseen, mut next) = (Vec::new(), Vec::new(), 0);
         for path in &specimen.paths {
             let border = next + from(path);
@@ -41,7 +41,7 @@ impl Rows {
 
 /// The values of terms at every row: `[term][row]`; the first internal state begins each record as `starts` says, or at zero,
 /// others at zero.
-pub(crate) fn columns(specimen: &Specimen, addition: &Addition, starts: &[f64]) -> Vec<Vec<f64>> {
+pub(crate) fn columns(specimen: &Specimen, addition: &ForceAddition, starts: &[f64]) -> Vec<Vec<f64>> {
     let layout = Layout { internals: addition.internals.len(), ..specimen.layout };
     let expressions: Vec<Expression> = addition.terms.iter().map(|t| t.expression().clone()).collect();
     let program = Program::new(&expressions, &layout);
@@ -59,7 +59,7 @@ pub(crate) fn columns(specimen: &Specimen, addition: &Addition, starts: &[f64]) 
 
 /// Terms without internal states at every row.
 pub(crate) fn plain_columns(specimen: &Specimen, terms: &[Term]) -> Vec<Vec<f64>> {
-    columns(specimen, &Addition::plain(terms.to_vec()), &[])
+    columns(specimen, &ForceAddition::plain(terms.to_vec()), &[])
 }
 
 /// The rates of internal states, compiled.
@@ -79,7 +79,7 @@ impl Rates {
 
     /// The internal states along a record, by Runge and Kutta's method over each sampling interval, the motion between
     /// samples by the cubic through the four nearest.
-    fn states(&self, path: &Path, start: f64) -> Vec<Vec<f64>> {
+    fn states(&self, path: &RecordPath, start: f64) -> Vec<Vec<f64>> {
         let count = self.layout.internals;
         let mut states = vec![Vec::with_capacity(path.len()); count];
         if count == 0 {

@@ -10,13 +10,13 @@ use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term, TermFamily};
 
-use super::columns::Rows;
-use super::effect::{Addition, Form, InnerUnit, Titles, catalogue};
+use super::columns::ComponentRows;
+use super::effect::{ForceAddition, ForceForm, InnerUnit, Titles, catalogue};
 use super::error::ComponentError;
-use super::fit::{Fitted, Fitter};
+use super::fit::{ComponentFitter, FittedComponent};
 use super::identify::check;
 use super::outcome::{ComponentModel, fits};
-use super::specimen::{Path, Specimen};
+use super::specimen::{RecordPath, Specimen};
 
 /// Standard errors that each amplitude of an effect lies from zero at least.
 const BORNE: f64 = 3.0;
@@ -116,8 +116,8 @@ impl ComponentDiagnosis {
 }
 
 /// A set with its predictions.
-struct Hypothesis {
-    fitted: Fitted,
+struct ComponentHypothesis {
+    fitted: FittedComponent,
     blocks: Vec<f64>,
     unseen: f64,
 }
@@ -146,12 +146,12 @@ pub fn diagnose(
     let terms = terms.map_or_else(|| base_terms(specimen), <[Term]>::to_vec);
     check(specimen, &terms)?;
     let forms = catalogue(specimen);
-    let fitter = Fitter::new(specimen, &terms, &forms, Rows::new(specimen), cancel);
+    let fitter = ComponentFitter::new(specimen, &terms, &forms, ComponentRows::new(specimen), cancel);
     // Where the end of the fitted records judges, what is shown in the end is fitted to all of them.
     let held_out = specimen.paths.iter().any(|p| p.usage == Usage::HeldOut);
-    let all = Rows::split(specimen, Path::len);
-    let whole = (!held_out).then(|| Fitter::new(specimen, &terms, &forms, all, cancel));
-    let search = Search { fitter, whole, terms: &terms, forms: &forms, titles: Titles::new() };
+    let all = ComponentRows::split(specimen, RecordPath::len);
+    let whole = (!held_out).then(|| ComponentFitter::new(specimen, &terms, &forms, all, cancel));
+    let search = ComponentSearch { fitter, whole, terms: &terms, forms: &forms, titles: Titles::new() };
     let base = search.hypothesis(&[], None).ok_or(ComponentError::Cancelled)?;
     let base_model = search.model(&search.shown(&base.fitted));
     let noise_of_base = search.noise(&base.fitted);
@@ -165,7 +165,7 @@ pub fn diagnose(
             break;
         }
         let share = |k: usize| (step as f64 + k as f64 / forms.len() as f64) / most as f64;
-        let mut tried: Vec<(usize, Hypothesis)> = Vec::new();
+        let mut tried: Vec<(usize, ComponentHypothesis)> = Vec::new();
         for k in 0..forms.len() {
             if cancel.is_cancelled() {
                 return Err(ComponentError::Cancelled);
@@ -193,33 +193,33 @@ pub fn diagnose(
 }
 
 /// Which of the sets that were tried is taken, and what it was held against.
-struct Ruling {
+struct ComponentRuling {
     form: usize,
     lead: Lead,
     rivals: Vec<TriedEffect>,
     others: Vec<TriedEffect>,
 }
 
-struct Search<'a> {
-    fitter: Fitter<'a>,
+struct ComponentSearch<'a> {
+    fitter: ComponentFitter<'a>,
     /// The same on all rows, where some of the fitted records judge.
-    whole: Option<Fitter<'a>>,
+    whole: Option<ComponentFitter<'a>>,
     terms: &'a [Term],
-    forms: &'a [Form],
+    forms: &'a [ForceForm],
     titles: Titles,
 }
 
-impl Search<'_> {
-    fn hypothesis(&self, set: &[usize], from: Option<&Fitted>) -> Option<Hypothesis> {
+impl ComponentSearch<'_> {
+    fn hypothesis(&self, set: &[usize], from: Option<&FittedComponent>) -> Option<ComponentHypothesis> {
         let fitted = self.fitter.fit(set, from)?;
         let blocks = self.fitter.densities(&fitted);
         let unseen = self.fitter.rms_unseen(&fitted) / self.fitter.specimen.scale;
-        Some(Hypothesis { fitted, blocks, unseen })
+        Some(ComponentHypothesis { fitted, blocks, unseen })
     }
 
     /// True if the data bear the last effect of a set: each amplitude three standard errors from zero, none that takes energy
     /// out the wrong way round, no inner quantity at a bound.
-    fn bears(&self, fitted: &Fitted) -> bool {
+    fn bears(&self, fitted: &FittedComponent) -> bool {
         let Some(place) = fitted.set.len().checked_sub(1) else { return true };
         let form = &self.forms[fitted.set[place]];
         let range = fitted.of_effect(place, self.forms, self.fitter.base());
@@ -235,15 +235,20 @@ impl Search<'_> {
 
     /// The set that is taken: of those that beat the present one and that the one of the largest density does not beat, the
     /// one with the fewest values.
-    fn ruling(&self, present: &Hypothesis, tried: Vec<(usize, Hypothesis)>) -> Option<(Hypothesis, Ruling)> {
-        let beats = |a: &Hypothesis, b: &Hypothesis| lead(&a.blocks, &b.blocks, "").is_more_than(LEAD);
-        let sum = |h: &Hypothesis| h.blocks.iter().sum::<f64>();
-        let matters = |h: &Hypothesis| {
+    fn ruling(
+        &self,
+        present: &ComponentHypothesis,
+        tried: Vec<(usize, ComponentHypothesis)>,
+    ) -> Option<(ComponentHypothesis, ComponentRuling)> {
+        let beats =
+            |a: &ComponentHypothesis, b: &ComponentHypothesis| lead(&a.blocks, &b.blocks, "").is_more_than(LEAD);
+        let sum = |h: &ComponentHypothesis| h.blocks.iter().sum::<f64>();
+        let matters = |h: &ComponentHypothesis| {
             let noise = self.noise(&h.fitted) / self.fitter.specimen.scale;
             self.fitter.deviation_unseen(&h.fitted) / self.fitter.specimen.scale <= MATTERS_NOISES * noise
                 || MATTERS_RATIO * h.unseen <= present.unseen
         };
-        let stands = |h: &Hypothesis| self.bears(&h.fitted) && matters(h) && beats(h, present);
+        let stands = |h: &ComponentHypothesis| self.bears(&h.fitted) && matters(h) && beats(h, present);
         let standing: Vec<usize> = (0..tried.len()).filter(|k| stands(&tried[*k].1)).collect();
         let best = *standing.iter().max_by(|a, b| sum(&tried[**a].1).total_cmp(&sum(&tried[**b].1)))?;
         let near: Vec<usize> =
@@ -278,23 +283,23 @@ impl Search<'_> {
             }
         }
         let nearest = all.iter().find(|k| self.forms[tried[**k].0].effect != effect && !richer(**k) && !is_rival(**k));
-        let over = |h: &Hypothesis, name: &str| lead(&tried[taken].1.blocks, &h.blocks, name);
+        let over = |h: &ComponentHypothesis, name: &str| lead(&tried[taken].1.blocks, &h.blocks, name);
         let lead = match nearest.filter(|k| sum(&tried[**k].1) > sum(present)) {
             Some(k) => over(&tried[*k].1, self.forms[tried[*k].0].effect),
             None => over(present, "nothing"),
         };
         let form = tried[taken].0;
         let taken = tried.into_iter().nth(taken)?.1;
-        Some((taken, Ruling { form, lead, rivals, others }))
+        Some((taken, ComponentRuling { form, lead, rivals, others }))
     }
 
     /// A fit as it is shown: to all of the fitted records.
-    fn shown(&self, fitted: &Fitted) -> Fitted {
+    fn shown(&self, fitted: &FittedComponent) -> FittedComponent {
         let again = self.whole.as_ref().and_then(|whole| whole.fit(&fitted.set, Some(fitted)));
         again.unwrap_or_else(|| fitted.clone())
     }
 
-    fn added(&self, fitted: &Fitted, ruling: Ruling) -> AddedEffect {
+    fn added(&self, fitted: &FittedComponent, ruling: ComponentRuling) -> AddedEffect {
         let form = &self.forms[ruling.form];
         let model = self.model(fitted);
         let place = fitted.set.len() - 1;
@@ -344,7 +349,7 @@ impl Search<'_> {
     }
 
     /// A fit as a model.
-    fn model(&self, fitted: &Fitted) -> ComponentModel {
+    fn model(&self, fitted: &FittedComponent) -> ComponentModel {
         let specimen = self.fitter.specimen;
         let mut terms: Vec<Term> = self.terms.to_vec();
         let (mut internals, mut like) = (Vec::new(), Vec::new());
@@ -372,7 +377,7 @@ impl Search<'_> {
     }
 
     /// Noise of the force and that of the measured motion which a model makes a force of.
-    fn noise(&self, fitted: &Fitted) -> f64 {
+    fn noise(&self, fitted: &FittedComponent) -> f64 {
         let specimen = self.fitter.specimen;
         let of = |k: usize| {
             let all: Vec<f64> = specimen.paths.iter().filter_map(|p| standard_deviation(&p.motion[k])).collect();
@@ -393,7 +398,7 @@ fn at_bound(value: f64, (low, high): (f64, f64)) -> bool {
 }
 
 /// An addition whose internal states count from another number on.
-fn numbered(addition: &Addition, from: usize) -> Addition {
+fn numbered(addition: &ForceAddition, from: usize) -> ForceAddition {
     let moved = |e: &Expression| {
         e.replaced(&|symbol| match symbol {
             Symbol::Internal(i) => Some(Expression::from(Symbol::Internal(i + from))),
@@ -404,29 +409,29 @@ fn numbered(addition: &Addition, from: usize) -> Addition {
     let equation = |e: &Equation| Equation {
         terms: e.terms.iter().map(|t| WeightedTerm { term: term(&t.term), ..t.clone() }).collect(),
     };
-    Addition {
+    ForceAddition {
         terms: addition.terms.iter().map(term).collect(),
         internals: addition.internals.iter().map(equation).collect(),
         like: addition.like.clone(),
     }
 }
 
-impl Fitter<'_> {
+impl ComponentFitter<'_> {
     /// RMS of what a fit leaves of data not fitted.
-    pub(crate) fn rms_unseen(&self, fitted: &Fitted) -> f64 {
+    pub(crate) fn rms_unseen(&self, fitted: &FittedComponent) -> f64 {
         let all: Vec<f64> = self.rows.unseen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
         rms(&all)
     }
 
     /// Standard deviation of the same, but for a few samples that err most: where a velocity passes zero, its noise decides
     /// which way dry friction points.
-    pub(crate) fn deviation_unseen(&self, fitted: &Fitted) -> f64 {
+    pub(crate) fn deviation_unseen(&self, fitted: &FittedComponent) -> f64 {
         let all: Vec<f64> = self.rows.unseen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
         student_scale(&all, 0) / SCALE_OF_NORMAL
     }
 
     /// Log predictive density of each block of the rows not fitted.
-    pub(crate) fn densities(&self, fitted: &Fitted) -> Vec<f64> {
+    pub(crate) fn densities(&self, fitted: &FittedComponent) -> Vec<f64> {
         let own: Vec<f64> = self.rows.seen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
         let scale = student_scale(&own, fitted.unknowns()).max(1e-9 * self.specimen.scale);
         let intervals = self.specimen.paths.iter().map(|p| p.interval);

@@ -8,7 +8,7 @@ use sindyscope_search::{Entry, guide};
 
 /// What an effect adds to the force at given inner values; its internal states count from zero.
 #[derive(Clone, Debug)]
-pub(crate) struct Addition {
+pub(crate) struct ForceAddition {
     pub(crate) terms: Vec<Term>,
     /// The rates of its internal states.
     pub(crate) internals: Vec<Equation>,
@@ -16,7 +16,7 @@ pub(crate) struct Addition {
     pub(crate) like: Vec<Symbol>,
 }
 
-impl Addition {
+impl ForceAddition {
     /// Terms without memory.
     pub(crate) fn plain(terms: Vec<Term>) -> Self {
         Self { terms, internals: Vec::new(), like: Vec::new() }
@@ -25,7 +25,7 @@ impl Addition {
 
 /// A coefficient that an effect adds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coefficient {
+pub(crate) struct ForceCoefficient {
     pub(crate) name: &'static str,
     /// It takes energy out: its sign is that of the velocity.
     pub(crate) dissipates: bool,
@@ -42,7 +42,7 @@ pub(crate) enum InnerUnit {
 
 /// A quantity inside a term: a gap, a velocity, a time constant.
 #[derive(Clone, Debug)]
-pub(crate) struct Inner {
+pub(crate) struct ForceInner {
     pub(crate) name: &'static str,
     pub(crate) unit: InnerUnit,
     /// Values that are tried first.
@@ -69,29 +69,29 @@ impl Titles {
     }
 
     /// The same with the form.
-    pub(crate) fn of_form(&self, form: &Form) -> String {
+    pub(crate) fn of_form(&self, form: &ForceForm) -> String {
         let title = self.of(form.effect);
         if form.form.is_empty() { title.to_owned() } else { format!("{title} ({})", form.form) }
     }
 }
 
-type Build = Box<dyn Fn(&[f64]) -> Addition + Send + Sync>;
+type Build = Box<dyn Fn(&[f64]) -> ForceAddition + Send + Sync>;
 
 /// An effect in one of its forms.
-pub(crate) struct Form {
+pub(crate) struct ForceForm {
     /// The effect's name in the interface.
     pub(crate) effect: &'static str,
     /// Which form; empty for the plain one.
     pub(crate) form: &'static str,
-    pub(crate) coefficients: Vec<Coefficient>,
-    pub(crate) inner: Vec<Inner>,
+    pub(crate) coefficients: Vec<ForceCoefficient>,
+    pub(crate) inner: Vec<ForceInner>,
     /// Effects that are special cases of it, which it stands for where it is in the model.
     pub(crate) contains: &'static [&'static str],
     build: Build,
 }
 
-impl Form {
-    pub(crate) fn at(&self, inner: &[f64]) -> Addition {
+impl ForceForm {
+    pub(crate) fn at(&self, inner: &[f64]) -> ForceAddition {
         (self.build)(inner)
     }
 
@@ -117,12 +117,12 @@ fn tanh(e: Expression) -> Expression {
     Expression::call(Function::Tanh, e)
 }
 
-const fn against(name: &'static str) -> Coefficient {
-    Coefficient { name, dissipates: true }
+const fn against(name: &'static str) -> ForceCoefficient {
+    ForceCoefficient { name, dissipates: true }
 }
 
-const fn either(name: &'static str) -> Coefficient {
-    Coefficient { name, dissipates: false }
+const fn either(name: &'static str) -> ForceCoefficient {
+    ForceCoefficient { name, dissipates: false }
 }
 
 fn logarithmic(low: f64, high: f64, count: usize) -> Vec<f64> {
@@ -143,32 +143,32 @@ struct Scales {
 
 /// What the force of a slider follows: its sign, that rounded, or a state that lags it.
 #[derive(Clone, Copy)]
-enum Slider {
+enum SlidingElement {
     Sharp,
     Rounded,
     Elastic,
 }
 
-impl Slider {
-    fn inner(self, scales: Scales) -> Vec<Inner> {
+impl SlidingElement {
+    fn inner(self, scales: Scales) -> Vec<ForceInner> {
         let Scales { reach, speed, step, .. } = scales;
         let least = (0.02 * reach).max(2.0 * step).min(0.3 * reach);
         match self {
             Self::Sharp => Vec::new(),
-            Self::Rounded => vec![Inner {
+            Self::Rounded => vec![ForceInner {
                 name: "v_s",
                 unit: InnerUnit::Speed,
                 grid: logarithmic(0.005 * speed, 0.3 * speed, 5),
                 bounds: (0.001 * speed, speed),
             }],
             Self::Elastic => vec![
-                Inner {
+                ForceInner {
                     name: "x_b",
                     unit: InnerUnit::Length,
                     grid: logarithmic(least, 2.0 * reach, 6),
                     bounds: (0.5 * least, 10.0 * reach),
                 },
-                Inner { name: "gamma/beta", unit: InnerUnit::Plain, grid: vec![0.1, 1.0], bounds: (-4.0, 10.0) },
+                ForceInner { name: "gamma/beta", unit: InnerUnit::Plain, grid: vec![0.1, 1.0], bounds: (-4.0, 10.0) },
             ],
         }
     }
@@ -194,7 +194,7 @@ fn bouc_wen(length: f64, ratio: f64, power: i32, state: usize) -> Equation {
 }
 
 /// Every effect that a component's records can show.
-pub(crate) fn catalogue(specimen: &Specimen) -> Vec<Form> {
+pub(crate) fn catalogue(specimen: &Specimen) -> Vec<ForceForm> {
     let speed = specimen.reach(|p| &p.motion[1]);
     let interval = specimen.paths.iter().map(|p| p.interval).fold(0.0, f64::max);
     let scales = Scales {
@@ -215,59 +215,59 @@ pub(crate) fn catalogue(specimen: &Specimen) -> Vec<Form> {
 }
 
 /// An effect of one term without inner quantities.
-fn plain(effect: &'static str, coefficient: Coefficient, force: Expression) -> Form {
-    Form {
+fn plain(effect: &'static str, coefficient: ForceCoefficient, force: Expression) -> ForceForm {
+    ForceForm {
         effect,
         form: "",
         coefficients: vec![coefficient],
         inner: Vec::new(),
         contains: &[],
-        build: Box::new(move |_| Addition::plain(vec![Term::new(force.clone())])),
+        build: Box::new(move |_| ForceAddition::plain(vec![Term::new(force.clone())])),
     }
 }
 
-fn springs(scales: Scales, forms: &mut Vec<Form>) {
+fn springs(scales: Scales, forms: &mut Vec<ForceForm>) {
     let reach = scales.reach;
     forms.push(plain("quadratic_stiffness", either("k_2"), x().power(2.0)));
     forms.push(plain("cubic_stiffness", either("k_3"), x().power(3.0)));
     forms.push(plain("quintic_stiffness", either("k_5"), x().power(5.0)));
     forms.push(plain("bilinear_stiffness", either("k_+"), x().max(0.0)));
-    let gap = |low: f64| Inner {
+    let gap = |low: f64| ForceInner {
         name: "d",
         unit: InnerUnit::Length,
         grid: (1..9).map(|k| reach * (low + (0.95 - low) * f64::from(k) / 9.0)).collect(),
         bounds: (reach * low, 0.98 * reach),
     };
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "clearance",
         form: "",
         coefficients: vec![either("k_c")],
         inner: vec![gap(0.02)],
         contains: &[],
-        build: Box::new(|d| Addition::plain(vec![Term::new(x().dead_zone(d[0]))])),
+        build: Box::new(|d| ForceAddition::plain(vec![Term::new(x().dead_zone(d[0]))])),
     });
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "one_sided_stop",
         form: "",
         coefficients: vec![either("k_s")],
         inner: vec![gap(-0.9)],
         contains: &["bilinear_stiffness"],
-        build: Box::new(|d| Addition::plain(vec![Term::new((x() - d[0]).max(0.0))])),
+        build: Box::new(|d| ForceAddition::plain(vec![Term::new((x() - d[0]).max(0.0))])),
     });
 }
 
-fn dampers(scales: Scales, forms: &mut Vec<Form>) {
+fn dampers(scales: Scales, forms: &mut Vec<ForceForm>) {
     let speed = scales.speed;
     forms.push(plain("coulomb_friction", against("F_c"), v().sgn()));
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "coulomb_friction",
         form: "rounded",
         coefficients: vec![against("F_c")],
-        inner: Slider::Rounded.inner(scales),
+        inner: SlidingElement::Rounded.inner(scales),
         contains: &[],
         build: Box::new(|inner| {
-            let (force, _) = Slider::Rounded.made(inner, 0);
-            Addition::plain(vec![Term::new(force)])
+            let (force, _) = SlidingElement::Rounded.made(inner, 0);
+            ForceAddition::plain(vec![Term::new(force)])
         }),
     });
     forms.push(plain("quadratic_damping", against("c_2"), v() * v().abs()));
@@ -277,11 +277,11 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
     forms.push(plain("displacement_dependent_damping", either("c_x"), depends));
     let grows = x().abs() * v().sgn();
     forms.push(plain("position_dependent_friction", either("h"), grows));
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "power_law_damping",
         form: "",
         coefficients: vec![against("c_p")],
-        inner: vec![Inner {
+        inner: vec![ForceInner {
             name: "p",
             unit: InnerUnit::Plain,
             grid: vec![0.2, 0.4, 0.6, 0.8, 1.3, 1.7, 2.5],
@@ -290,14 +290,14 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
         contains: &["coulomb_friction", "quadratic_damping", "cubic_damping"],
         build: Box::new(|p| {
             let force = v().abs().power(p[0]) * v().sgn();
-            Addition::plain(vec![Term::new(force)])
+            ForceAddition::plain(vec![Term::new(force)])
         }),
     });
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "stribeck_friction",
         form: "",
         coefficients: vec![against("F_c"), either("F_s - F_c")],
-        inner: vec![Inner {
+        inner: vec![ForceInner {
             name: "v_s",
             unit: InnerUnit::Speed,
             grid: logarithmic(0.02 * speed, 0.5 * speed, 6),
@@ -306,20 +306,20 @@ fn dampers(scales: Scales, forms: &mut Vec<Form>) {
         contains: &["coulomb_friction"],
         build: Box::new(|inner| {
             let falling = (-(v() * inner[0].recip()).power(2.0)).exp();
-            Addition::plain(vec![Term::new(v().sgn()), Term::new(v().sgn() * falling)])
+            ForceAddition::plain(vec![Term::new(v().sgn()), Term::new(v().sgn() * falling)])
         }),
     });
 }
 
-fn memory(scales: Scales, forms: &mut Vec<Form>) {
+fn memory(scales: Scales, forms: &mut Vec<ForceForm>) {
     for (form, power) in [("", 1), ("rounder", 2)] {
-        forms.push(Form {
+        forms.push(ForceForm {
             effect: "bouc_wen_hysteresis",
             form,
             coefficients: vec![against("k_h")],
-            inner: Slider::Elastic.inner(scales),
+            inner: SlidingElement::Elastic.inner(scales),
             contains: &["coulomb_friction"],
-            build: Box::new(move |inner| Addition {
+            build: Box::new(move |inner| ForceAddition {
                 terms: vec![Term::new(z(0))],
                 internals: vec![bouc_wen(inner[0], inner[1], power, 0)],
                 like: vec![Symbol::State(0)],
@@ -327,18 +327,18 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
         });
     }
     let slowest = 3.0 * scales.period;
-    forms.push(Form {
+    forms.push(ForceForm {
         effect: "viscoelastic_relaxation",
         form: "",
         coefficients: vec![against("k_v")],
-        inner: vec![Inner {
+        inner: vec![ForceInner {
             name: "tau",
             unit: InnerUnit::Time,
             grid: logarithmic((slowest / 200.0).max(2.0 * scales.interval), slowest, 8),
             bounds: (scales.interval, 4.0 * slowest),
         }],
         contains: &[],
-        build: Box::new(|inner| Addition {
+        build: Box::new(|inner| ForceAddition {
             terms: vec![Term::new(z(0))],
             internals: vec![Equation::known([(Term::new(v()), 1.0), (Term::new(z(0)), -inner[0].recip())])],
             like: vec![Symbol::State(0)],
@@ -347,36 +347,36 @@ fn memory(scales: Scales, forms: &mut Vec<Form>) {
 }
 
 /// Effects of an input beside the motion, such as the voltage of a controlled damper.
-fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
+fn inputs(scales: Scales, j: usize, forms: &mut Vec<ForceForm>) {
     let u = || Expression::from(Symbol::Input(j));
     forms.push(plain("input_squared", either("b_2"), u().power(2.0)));
     forms.push(plain("state_dependent_input", either("k_u"), x() * u()));
     forms.push(plain("input_dependent_damping", either("c_u"), v() * u()));
     let slowest = scales.period;
-    let lag = || Inner {
+    let lag = || ForceInner {
         name: "tau",
         unit: InnerUnit::Time,
         grid: logarithmic((slowest / 50.0).max(2.0 * scales.interval), slowest, 3),
         bounds: (scales.interval, 10.0 * slowest),
     };
     for (form, slider, lagging) in [
-        ("", Slider::Sharp, false),
-        ("rounded", Slider::Rounded, false),
-        ("rounded, the input with a lag", Slider::Rounded, true),
-        ("elastic", Slider::Elastic, false),
-        ("elastic, the input with a lag", Slider::Elastic, true),
+        ("", SlidingElement::Sharp, false),
+        ("rounded", SlidingElement::Rounded, false),
+        ("rounded, the input with a lag", SlidingElement::Rounded, true),
+        ("elastic", SlidingElement::Elastic, false),
+        ("elastic, the input with a lag", SlidingElement::Elastic, true),
     ] {
         let mut inner = slider.inner(scales);
         if lagging {
             inner.push(lag());
         }
-        forms.push(Form {
+        forms.push(ForceForm {
             effect: "input_dependent_friction",
             form,
             coefficients: vec![either("F_0"), against("F_u")],
             inner,
             contains: match slider {
-                Slider::Elastic => &["coulomb_friction", "bouc_wen_hysteresis", "input_dependent_damping"],
+                SlidingElement::Elastic => &["coulomb_friction", "bouc_wen_hysteresis", "input_dependent_damping"],
                 _ => &["coulomb_friction", "input_dependent_damping"],
             },
             build: Box::new(move |inner| {
@@ -392,7 +392,7 @@ fn inputs(scales: Scales, j: usize, forms: &mut Vec<Form>) {
                 } else {
                     u_of(j)
                 };
-                Addition { terms: vec![Term::new(force.clone()), Term::new(drive * force)], internals, like }
+                ForceAddition { terms: vec![Term::new(force.clone()), Term::new(drive * force)], internals, like }
             }),
         });
     }

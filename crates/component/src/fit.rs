@@ -7,8 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::columns::{Rows, columns, plain_columns};
-use super::effect::Form;
+use super::columns::{ComponentRows, columns, plain_columns};
+use super::effect::ForceForm;
 use super::specimen::Specimen;
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
@@ -31,7 +31,7 @@ const RIDGE: f64 = 1e-12;
 
 /// A model of a component: base terms and effects with their values.
 #[derive(Clone, Debug)]
-pub(crate) struct Fitted {
+pub(crate) struct FittedComponent {
     /// Effects, by index in the catalogue.
     pub(crate) set: Vec<usize>,
     /// Inner quantities of each effect.
@@ -48,24 +48,24 @@ pub(crate) struct Fitted {
     pub(crate) residual: Vec<f64>,
 }
 
-impl Fitted {
+impl FittedComponent {
     /// Number of values that were fitted.
     pub(crate) fn unknowns(&self) -> usize {
         self.coefficients.len() + self.inner.iter().map(Vec::len).sum::<usize>()
     }
 
     /// The coefficients of an effect, by its place in the set.
-    pub(crate) fn of_effect(&self, place: usize, forms: &[Form], base: usize) -> std::ops::Range<usize> {
+    pub(crate) fn of_effect(&self, place: usize, forms: &[ForceForm], base: usize) -> std::ops::Range<usize> {
         let before: usize = self.set[..place].iter().map(|k| forms[*k].coefficients.len()).sum();
         base + before..base + before + forms[self.set[place]].coefficients.len()
     }
 }
 
 /// Fits sets of effects to a specimen.
-pub(crate) struct Fitter<'a> {
+pub(crate) struct ComponentFitter<'a> {
     pub(crate) specimen: &'a Specimen,
-    pub(crate) forms: &'a [Form],
-    pub(crate) rows: Rows,
+    pub(crate) forms: &'a [ForceForm],
+    pub(crate) rows: ComponentRows,
     /// Columns of the base terms.
     base: Vec<Vec<f64>>,
     force: Vec<f64>,
@@ -73,17 +73,17 @@ pub(crate) struct Fitter<'a> {
 }
 
 /// What a linear fit gives.
-struct Linear {
+struct LinearFit {
     coefficients: Vec<f64>,
     squares: f64,
 }
 
-impl<'a> Fitter<'a> {
+impl<'a> ComponentFitter<'a> {
     pub(crate) fn new(
         specimen: &'a Specimen,
         base: &[Term],
-        forms: &'a [Form],
-        rows: Rows,
+        forms: &'a [ForceForm],
+        rows: ComponentRows,
         cancel: &'a Cancel,
     ) -> Self {
         let force = specimen.paths.iter().flat_map(|p| p.force.iter().copied()).collect();
@@ -98,7 +98,7 @@ impl<'a> Fitter<'a> {
         self.rows.seen.iter().map(|r| dot(&a[r.clone()], &b[r.clone()])).sum()
     }
 
-    fn linear(&self, columns: &[&[f64]]) -> Linear {
+    fn linear(&self, columns: &[&[f64]]) -> LinearFit {
         let n = columns.len();
         let mut gram = DMatrix::zeros(n, n);
         for i in 0..n {
@@ -114,7 +114,7 @@ impl<'a> Fitter<'a> {
         let solution = scaled.cholesky().map(|c| c.solve(&moments));
         let coefficients: Vec<f64> = match solution {
             Some(s) if s.iter().all(|c| c.is_finite()) => s.iter().zip(&lengths).map(|(c, l)| c / l).collect(),
-            _ => return Linear { coefficients: vec![0.0; n], squares: f64::INFINITY },
+            _ => return LinearFit { coefficients: vec![0.0; n], squares: f64::INFINITY },
         };
         // From the residual itself: the Gram matrix alone would lose half of the digits.
         let mut squares = 0.0;
@@ -124,7 +124,7 @@ impl<'a> Fitter<'a> {
                 squares += (self.force[row] - fitted).powi(2);
             }
         }
-        Linear { coefficients, squares }
+        LinearFit { coefficients, squares }
     }
 
     fn made(&self, effect: usize, inner: &[f64]) -> Vec<Vec<f64>> {
@@ -144,7 +144,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// Fits a set; effects that `from` has begin where they are there, others from the best points of their grids.
-    pub(crate) fn fit(&self, set: &[usize], from: Option<&Fitted>) -> Option<Fitted> {
+    pub(crate) fn fit(&self, set: &[usize], from: Option<&FittedComponent>) -> Option<FittedComponent> {
         let known =
             |k: &usize| from.and_then(|f| f.set.iter().position(|s| s == k).map(|place| f.inner[place].clone()));
         let given: Vec<Option<Vec<f64>>> = set.iter().map(known).collect();
@@ -281,7 +281,7 @@ impl<'a> Fitter<'a> {
         let all = self.all(made);
         // What the linear part cannot follow of each tangent.
         let follow = |tangent: Vec<f64>| {
-            let follower = Fitter { force: tangent, base: Vec::new(), rows: self.rows.clone(), ..*self };
+            let follower = ComponentFitter { force: tangent, base: Vec::new(), rows: self.rows.clone(), ..*self };
             let fit = follower.linear(&all);
             follower.residual(&all, &fit.coefficients)
         };
@@ -293,7 +293,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The fit at inner quantities, with the standard errors of all values together.
-    fn finished(&self, set: &[usize], inner: Vec<Vec<f64>>) -> Option<Fitted> {
+    fn finished(&self, set: &[usize], inner: Vec<Vec<f64>>) -> Option<FittedComponent> {
         let mut made: Vec<Vec<Vec<f64>>> = set.iter().zip(&inner).map(|(k, v)| self.made(*k, v)).collect();
         for place in 0..set.len() {
             self.begin(set, &inner, place, &mut made);
@@ -325,7 +325,7 @@ impl<'a> Fitter<'a> {
         }
         let parts = all.iter().zip(&linear.coefficients).zip(&lengths).map(|((_, c), length)| c.abs() * length);
         let rows = (self.rows.fitted().max(1) as f64).sqrt();
-        Some(Fitted {
+        Some(FittedComponent {
             set: set.to_vec(),
             parts: parts.map(|p| p / rows).collect(),
             errors: (0..all.len()).map(error).collect(),
@@ -398,7 +398,7 @@ impl<'a> Fitter<'a> {
 }
 
 /// All points of a form's grids together.
-fn grid(form: &Form) -> Vec<Vec<f64>> {
+fn grid(form: &ForceForm) -> Vec<Vec<f64>> {
     form.inner.iter().fold(vec![Vec::new()], |points, inner| {
         points.iter().flat_map(|p| inner.grid.iter().map(move |value| [p.as_slice(), &[*value]].concat())).collect()
     })

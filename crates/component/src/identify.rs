@@ -5,9 +5,9 @@ use sindyscope_core::study::Cancel;
 use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::term::{Expression, Symbol, Term, TermFamily, polynomials};
 
-use super::columns::{Rows, plain_columns};
+use super::columns::{ComponentRows, plain_columns};
 use super::error::ComponentError;
-use super::fit::Fitter;
+use super::fit::ComponentFitter;
 use super::outcome::{ComponentModel, fits};
 use super::specimen::{Specimen, UNSEEN_SHARE};
 
@@ -84,16 +84,16 @@ pub fn identify(
     let locked = |t: &Term| if settings.locks.contains(t) { Constraint::In } else { Constraint::Free };
     let constraints: Vec<Constraint> = terms.iter().map(locked).collect();
     let options = |threshold: f64| SparseOptions { threshold, ridge: settings.ridge, scaled: true };
-    let reduced = |rows: &Rows| {
+    let reduced = |rows: &ComponentRows| {
         let kept =
             |series: &[f64]| -> Vec<f64> { rows.seen.iter().flat_map(|r| series[r.clone()].iter().copied()).collect() };
         Reduced::new(&columns.iter().map(|c| kept(c)).collect::<Vec<_>>(), &kept(&force))
     };
-    let whole = Rows::new(specimen);
+    let whole = ComponentRows::new(specimen);
     let threshold = match settings.threshold {
         Some(threshold) => threshold,
         None => {
-            let rows = Rows::split(specimen, |p| ((1.0 - UNSEEN_SHARE) * p.unseen_from as f64) as usize);
+            let rows = ComponentRows::split(specimen, |p| ((1.0 - UNSEEN_SHARE) * p.unseen_from as f64) as usize);
             // What is held out does not choose.
             let judging: Vec<_> = rows
                 .unseen
@@ -120,7 +120,7 @@ pub fn identify(
     }
     let solution = Regressor::Stlsq.solve(&reduced(&whole), &constraints, &options(threshold));
     let kept: Vec<Term> = solution.support.iter().map(|k| terms[*k].clone()).collect();
-    let fitter = Fitter::new(specimen, &kept, &[], whole, cancel);
+    let fitter = ComponentFitter::new(specimen, &kept, &[], whole, cancel);
     let fitted = fitter.fit(&[], None).ok_or(ComponentError::Cancelled)?;
     let total: f64 = fitted.parts.iter().sum();
     let weighted = kept.iter().enumerate().map(|(i, term)| WeightedTerm {

@@ -5,7 +5,7 @@ use sindyscope_values::model::{Equation, Units};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term};
 
-use super::specimen::{Path, Specimen};
+use super::specimen::{RecordPath, Specimen};
 
 /// The force of a component along a given motion, with the internal states that it remembers by.
 #[derive(Clone, Debug)]
@@ -62,7 +62,7 @@ impl ComponentModel {
 /// What a residual over the rows of all records leaves of each.
 pub(crate) fn fits(specimen: &Specimen, residual: &[f64]) -> Vec<ForceFit> {
     let mut next = 0;
-    let of = |path: &Path| {
+    let of = |path: &RecordPath| {
         let residual = residual[next..next + path.len()].to_vec();
         next += path.len();
         let work = |force: &dyn Fn(usize) -> f64| {

@@ -14,7 +14,7 @@ pub(crate) const UNSEEN_SHARE: f64 = 0.3;
 
 /// One record along which the motion is given.
 #[derive(Clone, Debug)]
-pub(crate) struct Path {
+pub(crate) struct RecordPath {
     pub(crate) name: String,
     pub(crate) usage: Usage,
     pub(crate) start: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Path {
     pub(crate) unseen_from: usize,
 }
 
-impl Path {
+impl RecordPath {
     pub(crate) fn len(&self) -> usize {
         self.force.len()
     }
@@ -50,7 +50,7 @@ pub struct GivenMotion<'a> {
 /// A component with its records.
 #[derive(Clone, Debug)]
 pub struct Specimen {
-    pub(crate) paths: Vec<Path>,
+    pub(crate) paths: Vec<RecordPath>,
     /// One displacement and the inputs; internal states are added by effects.
     pub(crate) layout: Layout,
     pub(crate) units: Units,
@@ -122,7 +122,7 @@ impl Specimen {
                 (_, true) => force.len(),
                 (_, false) => ((1.0 - UNSEEN_SHARE) * force.len() as f64) as usize,
             };
-            paths.push(Path {
+            paths.push(RecordPath {
                 name: record.name.clone(),
                 usage: *usage,
                 start: record.start,
@@ -232,7 +232,7 @@ impl Specimen {
     }
 
     /// Largest magnitude over all records.
-    pub(crate) fn reach(&self, series: impl Fn(&Path) -> &[f64]) -> f64 {
+    pub(crate) fn reach(&self, series: impl Fn(&RecordPath) -> &[f64]) -> f64 {
         self.paths.iter().flat_map(|p| series(p).iter()).fold(0.0, |most: f64, v| most.max(v.abs()))
     }
 }

@@ -32,7 +32,7 @@ pub struct ArrivingRows {
     options: ReadOptions,
     /// What came and was not read yet: the head until it is whole, then the line that has not ended.
     pending: Vec<u8>,
-    head: Option<Columns>,
+    head: Option<ArrivingColumns>,
 }
 
 /// What a line says.
@@ -53,7 +53,7 @@ pub enum ArrivedRow {
 
 /// What the header says of the columns.
 #[derive(Debug)]
-struct Columns {
+struct ArrivingColumns {
     separator: u8,
     count: usize,
     selection: Selection,
@@ -118,7 +118,7 @@ impl ArrivingRows {
     }
 
     /// The header, once a row of numbers stands below it, and the byte after it.
-    fn find_head(&self, end: usize) -> Result<Option<(Columns, usize)>, ReadError> {
+    fn find_head(&self, end: usize) -> Result<Option<(ArrivingColumns, usize)>, ReadError> {
         let bytes = &self.pending[..end];
         let whole = bytes.len() >= HEAD_BYTES;
         let Some(head) = TextHead::new(bytes) else { return Err(self.refuse(ReadProblem::NotText)) };
@@ -140,7 +140,7 @@ impl ArrivingRows {
         Ok(Some((self.columns(header)?, after)))
     }
 
-    fn columns(&self, header: Header) -> Result<Columns, ReadError> {
+    fn columns(&self, header: Header) -> Result<ArrivingColumns, ReadError> {
         let Header { separator, headings, mut notices, .. } = header;
         let mut selection = selection::assign(&self.name, &headings, &self.options)?;
         notices.append(&mut selection.notices);
@@ -163,7 +163,7 @@ impl ArrivingRows {
             .iter()
             .zip(&units)
             .map(|((role, column), unit)| channel(&table.headings[*column], *role, unit, Vec::new()));
-        Ok(Columns {
+        Ok(ArrivingColumns {
             separator,
             count: table.headings.len(),
             channels: channels.collect(),
@@ -176,7 +176,7 @@ impl ArrivingRows {
     }
 }
 
-impl Columns {
+impl ArrivingColumns {
     fn read(&mut self, text: &[u8], rows: &mut Vec<ArrivedRow>) {
         let mut lines = TextRows::new(text, 0, self.separator);
         while lines.advance() {

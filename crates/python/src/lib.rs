@@ -28,7 +28,7 @@ use record::NativeRecord;
 use request::{joined, request};
 use result::{NativeDiagnosis, NativeIdentification};
 use sindyscope_analysis::{
-    AnalysisError, AnalysisRequest, KindName, MissingRequest, Progress, analyse, effects::of_file, json, search,
+    AnalysisError, AnalysisProgress, AnalysisRequest, KindName, MissingRequest, analyse, effects::of_file, json, search,
 };
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::setting::SettingForm;
@@ -39,13 +39,13 @@ use sindyscope_rig::hidden::{HIDDEN_SCENARIO, HiddenOptions, hidden_records};
 use sindyscope_rig::{ScenarioOptions, generate as generated, scenarios};
 
 /// Settings by name, each with its text.
-type Settings = Vec<(String, String)>;
+type NamedSettings = Vec<(String, String)>;
 /// The records of each source by themselves.
 type Sources = Vec<Vec<NativeRecord>>;
 
 /// The records of a file.
 #[pyfunction]
-fn read(py: Python<'_>, path: PathBuf, settings: Settings) -> PyResult<Vec<NativeRecord>> {
+fn read(py: Python<'_>, path: PathBuf, settings: NamedSettings) -> PyResult<Vec<NativeRecord>> {
     let request = request(&settings)?;
     work::done(py, None, move |cancel, _| {
         let file = MeasuredFile::open(&path)?.stopped_by(cancel);
@@ -59,7 +59,7 @@ fn records(
     py: Python<'_>,
     name: String,
     columns: Vec<(String, PyReadonlyArray1<'_, f64>)>,
-    settings: Settings,
+    settings: NamedSettings,
 ) -> PyResult<Vec<NativeRecord>> {
     let request = request(&settings)?;
     let column = |(heading, values): (String, PyReadonlyArray1<'_, f64>)| NamedColumn {
@@ -79,7 +79,7 @@ fn identify(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
-    settings: Settings,
+    settings: NamedSettings,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<NativeIdentification> {
     let request = request(&settings)?;
@@ -111,7 +111,7 @@ fn diagnose(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
-    settings: Settings,
+    settings: NamedSettings,
     asked: AskedSearch,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<NativeDiagnosis> {
@@ -137,7 +137,7 @@ fn modes(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
-    settings: Settings,
+    settings: NamedSettings,
     asked: (Option<usize>, bool),
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
@@ -145,7 +145,7 @@ fn modes(
     let (number, missing) = asked;
     let (found, text) = work::done(py, progress, move |cancel, tell| {
         let records = joined(fit, held_out, &request)?;
-        let told = |what: &'static str, share: f64| tell(Progress::Share(what, share));
+        let told = |what: &'static str, share: f64| tell(AnalysisProgress::Share(what, share));
         let watch = Stopwatch::start();
         if missing {
             let found = sindyscope_modes::diagnose(&records, number, &told, cancel)?;
@@ -161,7 +161,7 @@ fn modes(
 /// How a document is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Document {
+struct NativeDocument {
     out: PathBuf,
     title: String,
     sections: Option<String>,
@@ -176,8 +176,8 @@ fn report(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
-    settings: Settings,
-    document: Document,
+    settings: NamedSettings,
+    document: NativeDocument,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<NativeIdentification> {
     // Said before the work is done, not after.
@@ -195,7 +195,7 @@ fn report(
         let diagnosis = asked.map(|asked| search(&asked, &analysis.records, cancel, tell)).transpose()?;
         let arrangement = sections.map_or_else(Arrangement::default, |s| Arrangement::of(&s.0));
         let paper = if document.letter { Paper::Letter } else { Paper::A4 };
-        tell(Progress::Stage("drawing"));
+        tell(AnalysisProgress::Stage("drawing"));
         let written = Report {
             title: &document.title,
             records: &analysis.records,
@@ -214,7 +214,7 @@ fn report(
 
 /// Records of the virtual rig, and the comments that a file of them would have.
 #[pyfunction]
-fn generate(py: Python<'_>, scenario: String, options: Settings) -> PyResult<(Vec<NativeRecord>, Vec<String>)> {
+fn generate(py: Python<'_>, scenario: String, options: NamedSettings) -> PyResult<(Vec<NativeRecord>, Vec<String>)> {
     let pairs = || options.iter().map(|(name, text)| (name.as_str(), text.as_str()));
     let made = py.detach(|| {
         if scenario == HIDDEN_SCENARIO {

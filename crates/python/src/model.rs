@@ -25,7 +25,7 @@ pub(crate) struct NativeModel {
 type TermParts = (String, String, f64, Option<f64>);
 
 /// A response: `[sample][state]`, and when it left all bounds, s.
-type Simulated<'py> = (Bound<'py, PyArray2<f64>>, Option<f64>);
+type SimulatedArrays<'py> = (Bound<'py, PyArray2<f64>>, Option<f64>);
 
 #[pymethods]
 impl NativeModel {
@@ -141,7 +141,7 @@ impl NativeModel {
         inputs: PyReadonlyArray2<'py, f64>,
         interval: f64,
         initial: Vec<f64>,
-    ) -> PyResult<Simulated<'py>> {
+    ) -> PyResult<SimulatedArrays<'py>> {
         let bad = |reason: String| Err(error(reason, String::new()));
         let inputs = inputs.as_array();
         let (samples, given) = inputs.dim();

@@ -22,7 +22,7 @@ pub(crate) struct NativeIdentification {
 }
 
 /// A record's time, what was measured and what the model says, with name, unit and use.
-type Curve<'py> = (
+type CurveArrays<'py> = (
     String,
     &'static str,
     String,
@@ -73,7 +73,7 @@ impl NativeIdentification {
     }
 
     /// The first sensor of each record: name, use, channel, unit, time, measured, simulated.
-    fn curves<'py>(&self, py: Python<'py>) -> Vec<Curve<'py>> {
+    fn curves<'py>(&self, py: Python<'py>) -> Vec<CurveArrays<'py>> {
         let layout = &self.analysis.outcome.model.layout;
         let mut curves = Vec::new();
         for of in &self.analysis.outcome.records {

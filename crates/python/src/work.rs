@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{error, failed};
-use sindyscope_analysis::{AnalysisError, Progress};
+use sindyscope_analysis::{AnalysisError, AnalysisProgress};
 use sindyscope_core::study::Cancel;
 
 /// How often the interpreter is asked for Ctrl+C; a fifth of what a person notices.
@@ -59,8 +59,8 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
     Ok(made)
 }
 
-enum Event<T> {
-    Progress(Progress),
+enum WorkEvent<T> {
+    Progress(AnalysisProgress),
     Done(Result<T, AnalysisError>),
 }
 
@@ -69,22 +69,22 @@ enum Event<T> {
 pub(crate) fn done<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(&Cancel, &(dyn Fn(Progress) + Sync)) -> Result<T, AnalysisError> + Send + 'static,
+    work: impl FnOnce(&Cancel, &(dyn Fn(AnalysisProgress) + Sync)) -> Result<T, AnalysisError> + Send + 'static,
 ) -> PyResult<T> {
     let cancel = Cancel::default();
     let (sender, mut events) = mpsc::channel();
     let (flag, pool, wanted) = (cancel.clone(), pool()?, progress.is_some());
     let here = AtWork::begin();
     pool.spawn(move || {
-        let tell = |progress: Progress| {
+        let tell = |progress: AnalysisProgress| {
             if wanted {
                 // Nobody listens any more once the caller was interrupted.
-                let _ = sender.send(Event::Progress(progress));
+                let _ = sender.send(WorkEvent::Progress(progress));
             }
         };
         let result = work(&flag, &tell);
         drop(here);
-        let _ = sender.send(Event::Done(result));
+        let _ = sender.send(WorkEvent::Done(result));
     });
     let given_up = |e: PyErr| {
         cancel.cancel();
@@ -94,11 +94,11 @@ pub(crate) fn done<T: Send + 'static>(
         let (back, event) = py.detach(move || next(events));
         events = back;
         match event {
-            Ok(Event::Done(result)) => return result.map_err(|e| failed(&e)),
-            Ok(Event::Progress(told)) => {
+            Ok(WorkEvent::Done(result)) => return result.map_err(|e| failed(&e)),
+            Ok(WorkEvent::Progress(told)) => {
                 let (what, share) = match told {
-                    Progress::Stage(what) => (what, None),
-                    Progress::Share(what, share) => (what, Some(share)),
+                    AnalysisProgress::Stage(what) => (what, None),
+                    AnalysisProgress::Share(what, share) => (what, Some(share)),
                 };
                 if let Some(Err(e)) = progress.as_ref().map(|f| f.call1(py, (what, share))) {
                     return given_up(e);
@@ -116,7 +116,7 @@ pub(crate) fn done<T: Send + 'static>(
 }
 
 /// What comes next, with the receiver, which one thread has at a time.
-fn next<T>(events: Receiver<Event<T>>) -> (Receiver<Event<T>>, Result<Event<T>, RecvTimeoutError>) {
+fn next<T>(events: Receiver<WorkEvent<T>>) -> (Receiver<WorkEvent<T>>, Result<WorkEvent<T>, RecvTimeoutError>) {
     let event = events.recv_timeout(POLL);
     (events, event)
 }

@@ -30,7 +30,7 @@ pub struct ComponentOptions {
 
 /// What a drawn component has beside spring, damper and offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Hidden {
+enum HiddenForce {
     Nothing,
     Coulomb,
     Cubic,
@@ -45,24 +45,24 @@ enum Hidden {
 }
 
 /// What can hide, by the names of the interface.
-const HIDDEN: [(Hidden, &str); 11] = [
-    (Hidden::Nothing, "nothing"),
-    (Hidden::Coulomb, "coulomb_friction"),
-    (Hidden::Cubic, "cubic_stiffness"),
-    (Hidden::Quadratic, "quadratic_stiffness"),
-    (Hidden::QuadraticDamping, "quadratic_damping"),
-    (Hidden::Clearance, "clearance"),
-    (Hidden::Stop, "one_sided_stop"),
-    (Hidden::BoucWen, "bouc_wen_hysteresis"),
-    (Hidden::Maxwell, "viscoelastic_relaxation"),
-    (Hidden::VoltageFriction, "input_dependent_friction"),
-    (Hidden::VoltageDamping, "input_dependent_damping"),
+const HIDDEN: [(HiddenForce, &str); 11] = [
+    (HiddenForce::Nothing, "nothing"),
+    (HiddenForce::Coulomb, "coulomb_friction"),
+    (HiddenForce::Cubic, "cubic_stiffness"),
+    (HiddenForce::Quadratic, "quadratic_stiffness"),
+    (HiddenForce::QuadraticDamping, "quadratic_damping"),
+    (HiddenForce::Clearance, "clearance"),
+    (HiddenForce::Stop, "one_sided_stop"),
+    (HiddenForce::BoucWen, "bouc_wen_hysteresis"),
+    (HiddenForce::Maxwell, "viscoelastic_relaxation"),
+    (HiddenForce::VoltageFriction, "input_dependent_friction"),
+    (HiddenForce::VoltageDamping, "input_dependent_damping"),
 ];
 
 /// A motion of several tones; a held-out record has others.
-struct Motion(Vec<(f64, f64, f64)>);
+struct DrawnMotion(Vec<(f64, f64, f64)>);
 
-impl Motion {
+impl DrawnMotion {
     fn drawn(rng: &mut Pcg64, slowest: f64, reach: f64) -> Self {
         let count = rng.random_range(1..6);
         let tone = |_| {
@@ -116,16 +116,16 @@ pub fn component_records(options: &ComponentOptions) -> Result<(Vec<Record>, Vec
     let samples = rng.random_range(2500..5000);
     let interval = 1.0 / (slowest * rng.random_range(60.0..150.0));
     let record = |rng: &mut Pcg64, name: &str, louder: f64| {
-        let motion = Motion::drawn(rng, slowest, louder * reach);
-        let voltage = Motion::drawn(rng, 0.4 * slowest, 1.0);
+        let motion = DrawnMotion::drawn(rng, slowest, louder * reach);
+        let voltage = DrawnMotion::drawn(rng, 0.4 * slowest, 1.0);
         let u = |t: f64| 1.0 + voltage.at(t)[0];
         let mut z = 0.0;
         let fine = 20;
         let rate = |t: f64, z: f64| {
             let v = motion.at(t)[1];
             match hidden {
-                Hidden::BoucWen => v - (v.abs() * z + 0.3 * v * f64::abs(z)) / gap,
-                Hidden::Maxwell => v - z / time_constant,
+                HiddenForce::BoucWen => v - (v.abs() * z + 0.3 * v * f64::abs(z)) / gap,
+                HiddenForce::Maxwell => v - z / time_constant,
                 _ => 0.0,
             }
         };
@@ -138,17 +138,17 @@ pub fn component_records(options: &ComponentOptions) -> Result<(Vec<Record>, Vec
                     + damping * v
                     + offset
                     + match hidden {
-                        Hidden::Nothing => 0.0,
-                        Hidden::Coulomb => share * v.signum(),
-                        Hidden::Cubic => share * (x / reach).powi(3),
-                        Hidden::Quadratic => share * (x / reach).powi(2),
-                        Hidden::QuadraticDamping => share * v * v.abs() / (speed * speed),
-                        Hidden::Clearance => 3.0 * share / reach * (x - x.clamp(-gap, gap)),
-                        Hidden::Stop => 3.0 * share / reach * (x - gap).max(0.0),
-                        Hidden::BoucWen => share / gap * z,
-                        Hidden::Maxwell => 2.0 * share / reach * z,
-                        Hidden::VoltageFriction => share * (0.3 + u(t)) * v.signum(),
-                        Hidden::VoltageDamping => share / speed * u(t) * v,
+                        HiddenForce::Nothing => 0.0,
+                        HiddenForce::Coulomb => share * v.signum(),
+                        HiddenForce::Cubic => share * (x / reach).powi(3),
+                        HiddenForce::Quadratic => share * (x / reach).powi(2),
+                        HiddenForce::QuadraticDamping => share * v * v.abs() / (speed * speed),
+                        HiddenForce::Clearance => 3.0 * share / reach * (x - x.clamp(-gap, gap)),
+                        HiddenForce::Stop => 3.0 * share / reach * (x - gap).max(0.0),
+                        HiddenForce::BoucWen => share / gap * z,
+                        HiddenForce::Maxwell => 2.0 * share / reach * z,
+                        HiddenForce::VoltageFriction => share * (0.3 + u(t)) * v.signum(),
+                        HiddenForce::VoltageDamping => share / speed * u(t) * v,
                     },
             );
             // Heun's steps of a twentieth of a sample.
@@ -186,7 +186,7 @@ pub fn component_records(options: &ComponentOptions) -> Result<(Vec<Record>, Vec
                 noisy(times().map(|t| motion.at(t)[1]).collect(), Noise::ShareOfRms(1e-3)),
             ),
         ];
-        let controlled = matches!(hidden, Hidden::VoltageFriction | Hidden::VoltageDamping);
+        let controlled = matches!(hidden, HiddenForce::VoltageFriction | HiddenForce::VoltageDamping);
         if controlled {
             channels.push(channel("voltage", "V", Role::Input(0), times().map(u).collect()));
         }

@@ -1,6 +1,6 @@
 //! The system's dialogs.
 
-use super::{Answer, Purpose};
+use super::{DialogAnswer, Purpose};
 use crate::app::purpose::{PROJECT_ENDING, ReportForm};
 use sindyscope_report::document::FigureFormat;
 use sindyscope_report::export::ExportFormat;
@@ -9,7 +9,7 @@ use sindyscope_report::export::ExportFormat;
 pub(super) const MAY_BE_ABSENT: bool = true;
 
 /// Asks for a file; `name` is the one offered for saving.
-pub(super) fn answer(purpose: Purpose, name: &str, frame: &eframe::Frame) -> Option<Answer> {
+pub(super) fn answer(purpose: Purpose, name: &str, frame: &eframe::Frame) -> Option<DialogAnswer> {
     let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
     dialog = match purpose {
         Purpose::Open | Purpose::Add | Purpose::Locate => {

@@ -1,6 +1,6 @@
 //! The browser's dialog for files to open. There is none for saving: a name is typed, and the browser says where its downloads go.
 
-use super::{Answer, Purpose};
+use super::{DialogAnswer, Purpose};
 use crate::app::purpose::PROJECT_ENDING;
 use sindyscope_system::browser;
 
@@ -8,7 +8,7 @@ use sindyscope_system::browser;
 pub(super) const MAY_BE_ABSENT: bool = false;
 
 /// Asks for files to open; nothing where something is to be saved.
-pub(super) fn answer(purpose: Purpose, _name: &str, _frame: &eframe::Frame) -> Option<Answer> {
+pub(super) fn answer(purpose: Purpose, _name: &str, _frame: &eframe::Frame) -> Option<DialogAnswer> {
     let measured = || sindyscope_files::FORMATS.iter().flat_map(|format| format.extensions).copied();
     let endings: Vec<&str> = match purpose {
         Purpose::Open => measured().chain([PROJECT_ENDING]).collect(),

@@ -15,31 +15,31 @@ use sindyscope_values::record::Usage;
 const AT_ONCE: usize = 1 << 13;
 
 /// What the modes belong to: the records' generation, the settings, and what each record is used for.
-pub(crate) type Asked = (u64, Base, Vec<Usage>);
+pub(crate) type ModesAsked = (u64, Base, Vec<Usage>);
 
 /// What was found of a structure's modes.
 #[derive(Debug, Default)]
 pub(crate) struct ModalRoom {
-    asked: Option<Asked>,
+    asked: Option<ModesAsked>,
     analysis: Option<Arc<ModalAnalysis>>,
     /// Whether the analysis is of what was asked last.
     current: bool,
     /// Why what was asked last has none.
     failure: Option<String>,
-    pub(crate) figures: FiguresBeside<ModalView, MadeOf>,
+    pub(crate) figures: FiguresBeside<ModalView, ModesMadeOf>,
     /// The search for the force that the modes lack.
-    pub(crate) search: Answer<Asked, StructureDiagnosis>,
+    pub(crate) search: Answer<ModesAsked, StructureDiagnosis>,
 }
 
 /// What a figure was made of; weak, so that an address that is compared is not given to a newer one meanwhile.
 #[derive(Clone, Debug)]
-pub(crate) struct MadeOf {
+pub(crate) struct ModesMadeOf {
     analysis: Weak<ModalAnalysis>,
     record: usize,
     options: ModalOptions,
 }
 
-impl PartialEq for MadeOf {
+impl PartialEq for ModesMadeOf {
     fn eq(&self, other: &Self) -> bool {
         let Self { analysis, record, options } = self;
         analysis.ptr_eq(&other.analysis) && *record == other.record && *options == other.options
@@ -67,7 +67,7 @@ impl ModalFigureRequest {
 
 impl ModalRoom {
     /// True if this is to be asked for: it is neither known nor on its way.
-    pub(crate) fn wants(&mut self, wanted: Asked) -> bool {
+    pub(crate) fn wants(&mut self, wanted: ModesAsked) -> bool {
         if self.asked.as_ref() == Some(&wanted) {
             return false;
         }
@@ -134,7 +134,7 @@ impl ModalRoom {
     ) -> Option<ModalFigureRequest> {
         let analysis = Arc::clone(self.analysis.as_ref()?);
         let (view, options, record) = (shown.view, shown.options.clone(), Self::place(&analysis, data, record));
-        let made_of = MadeOf { analysis: Arc::downgrade(&analysis), record, options: options.clone() };
+        let made_of = ModesMadeOf { analysis: Arc::downgrade(&analysis), record, options: options.clone() };
         let cell = self.figures.renew(view, made_of)?;
         let samples: usize = analysis.records.iter().map(|r| r.measured.first().map_or(0, Vec::len)).sum();
         let request = ModalFigureRequest { view, analysis, record, options, cell };

@@ -21,7 +21,7 @@ pub(super) struct Contents {
 }
 
 /// What is to be done to the list once it was drawn.
-enum Change {
+enum ContentsChange {
     Move(usize, usize),
     Remove(usize),
 }
@@ -83,13 +83,13 @@ impl Contents {
                     let down = icon(ui, "⏷", &format!("Move down: {name}"), "One place down", k + 1 < count);
                     let up = icon(ui, "⏶", &format!("Move up: {name}"), "One place up", k > 0);
                     if up.clicked() {
-                        change = Some(Change::Move(k, k - 1));
+                        change = Some(ContentsChange::Move(k, k - 1));
                     }
                     if down.clicked() {
-                        change = Some(Change::Move(k, k + 1));
+                        change = Some(ContentsChange::Move(k, k + 1));
                     }
                     if is_text(item) && icon(ui, "🗑", "Remove the text", "Remove the text", true).clicked() {
-                        change = Some(Change::Remove(k));
+                        change = Some(ContentsChange::Remove(k));
                     }
                 });
             });
@@ -100,8 +100,8 @@ impl Contents {
         }
         self.drag(ui, &rects, &mut change);
         match change {
-            Some(Change::Move(from, to)) => report.move_item(from, to),
-            Some(Change::Remove(k)) => {
+            Some(ContentsChange::Move(from, to)) => report.move_item(from, to),
+            Some(ContentsChange::Remove(k)) => {
                 report.items.remove(k);
             }
             None => {}
@@ -121,7 +121,7 @@ impl Contents {
     }
 
     /// Moves the entry that is dragged past a neighbour as soon as the pointer has come to that one's middle.
-    fn drag(&mut self, ui: &Ui, rects: &[Rect], change: &mut Option<Change>) {
+    fn drag(&mut self, ui: &Ui, rects: &[Rect], change: &mut Option<ContentsChange>) {
         let Some(k) = self.dragged else { return };
         let pointer = ui.input(|i| i.pointer.latest_pos().filter(|_| i.pointer.any_down()));
         let Some(pointer) = pointer.filter(|_| k < rects.len()) else {
@@ -136,7 +136,7 @@ impl Contents {
         } else {
             return;
         };
-        *change = Some(Change::Move(k, place));
+        *change = Some(ContentsChange::Move(k, place));
         self.dragged = Some(place);
         ui.ctx().request_repaint();
     }

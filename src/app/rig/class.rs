@@ -59,13 +59,13 @@ fn named(effect: &str) -> &str {
 }
 
 /// A row of the table.
-struct Row<'a> {
+struct ClassRow<'a> {
     round: usize,
     of: &'a ClassRound,
     guess: Option<&'a Guess>,
 }
 
-impl Row<'_> {
+impl ClassRow<'_> {
     fn right(&self) -> Option<bool> {
         self.guess.filter(|_| self.of.revealed).map(|guess| guess.effect == self.of.hidden)
     }
@@ -77,14 +77,14 @@ impl Row<'_> {
     }
 }
 
-fn rows(state: &ClassState) -> Vec<Row<'_>> {
+fn rows(state: &ClassState) -> Vec<ClassRow<'_>> {
     let mut rows = Vec::new();
     for (index, of) in state.rounds.iter().enumerate() {
         let round = index + 1;
         if of.guesses.is_empty() {
-            rows.push(Row { round, of, guess: None });
+            rows.push(ClassRow { round, of, guess: None });
         }
-        rows.extend(of.guesses.iter().map(|guess| Row { round, of, guess: Some(guess) }));
+        rows.extend(of.guesses.iter().map(|guess| ClassRow { round, of, guess: Some(guess) }));
     }
     rows
 }

@@ -24,15 +24,15 @@ pub struct Journal {
 }
 
 /// What is known of the records by their keys.
-pub type Done = HashMap<String, Row>;
+pub type DoneRecords = HashMap<String, Row>;
 
 impl Journal {
     /// Opens the journal beside a table, of a part of it where there are parts, and reads what it and those of the other parts know.
     ///
     /// # Errors
     /// It cannot be read or written, is damaged or of other settings, or another process works on it.
-    pub fn open(table: &Path, part: Option<BatchPart>, settings: &str) -> Result<(Self, Done), BatchError> {
-        let mut done = Done::new();
+    pub fn open(table: &Path, part: Option<BatchPart>, settings: &str) -> Result<(Self, DoneRecords), BatchError> {
+        let mut done = DoneRecords::new();
         let path = beside(table, &part.map_or_else(String::new, |p| format!(".part-{}-of-{}", p.index, p.count)));
         for other in others(table)?.into_iter().filter(|other| *other != path) {
             let text = std::fs::read(&other).map_err(|e| BatchError::reading(&other, &e))?;
@@ -117,7 +117,7 @@ fn whole_lines(text: &[u8]) -> &[u8] {
 }
 
 /// Takes over what a journal says, if it was of the same settings.
-fn take(path: &Path, text: &[u8], settings: &str, done: &mut Done) -> Result<(), BatchError> {
+fn take(path: &Path, text: &[u8], settings: &str, done: &mut DoneRecords) -> Result<(), BatchError> {
     for (number, line) in text.split(|b| *b == b'\n').enumerate().filter(|(_, line)| !line.is_empty()) {
         let damaged = || BatchError::Journal { file: path.display().to_string(), line: number + 1 };
         let mut value: Value = serde_json::from_slice(line).map_err(|_| damaged())?;

@@ -19,12 +19,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use crate::analyse::{Analysis, Listener, Progress, analyse};
+use crate::analyse::{Analysis, AnalysisListener, AnalysisProgress, analyse};
 use crate::error::AnalysisError;
 use crate::json::diagnosed;
 use crate::missing::{MissingRequest, search};
 use crate::request::AnalysisRequest;
-pub use journal::{Done, Journal, key};
+pub use journal::{DoneRecords, Journal, key};
 pub use list::{BatchItem, batch_items};
 pub use missing::missing_of_settings;
 pub use row::{Row, diagnosis_row, failed, row};
@@ -170,7 +170,7 @@ pub struct BatchSummary {
 ///
 /// # Errors
 /// A journal of another batch; something that cannot be written; cancelled.
-pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: Listener<'_>) -> Result<BatchSummary, BatchError> {
+pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: AnalysisListener<'_>) -> Result<BatchSummary, BatchError> {
     if let Some(folder) = &request.reports {
         std::fs::create_dir_all(folder).map_err(|e| BatchError::writing(folder, &e))?;
     }
@@ -189,11 +189,11 @@ pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: Listener<'_>) -> Res
             kept.0.keep(&keys[*k], &row)?;
             kept.1.push((keys[*k].clone(), row));
             let share = (finished.fetch_add(1, Ordering::Relaxed) + 1) as f64 / pending.len() as f64;
-            tell(Progress::Share("identifying records", share));
+            tell(AnalysisProgress::Share("identifying records", share));
         }
         Ok(())
     };
-    tell(Progress::Share("identifying records", 0.0));
+    tell(AnalysisProgress::Share("identifying records", 0.0));
     // Threads of their own, not tasks of a pool: one that waits for a part of its record would begin another record meanwhile.
     let workers = thread::available_parallelism().map_or(1, usize::from).min(pending.len());
     let results: Vec<Result<(), BatchError>> = thread::scope(|scope| {

@@ -23,7 +23,7 @@ pub fn write_table(path: &Path, rows: &[(&BatchItem, &Row)]) -> Result<(), Batch
     let columns = columns(rows);
     let parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(PARQUET));
     let bytes = if parquet {
-        let typed: Vec<TableColumn> = columns.into_iter().map(Column::typed).collect();
+        let typed: Vec<TableColumn> = columns.into_iter().map(ResultColumn::typed).collect();
         let mut bytes = Vec::new();
         write_parquet(&typed, &mut bytes).map_err(|e| BatchError::writing(path, &e))?;
         bytes
@@ -34,35 +34,35 @@ pub fn write_table(path: &Path, rows: &[(&BatchItem, &Row)]) -> Result<(), Batch
 }
 
 /// A column with a cell for each row.
-struct Column {
+struct ResultColumn {
     name: String,
     cells: Vec<Value>,
     /// Whether its cells are texts of a list that may be numbers.
     said: bool,
 }
 
-fn columns(rows: &[(&BatchItem, &Row)]) -> Vec<Column> {
+fn columns(rows: &[(&BatchItem, &Row)]) -> Vec<ResultColumn> {
     let names = rows.iter().map(|(item, _)| Value::String(item.name.clone())).collect();
-    let mut columns = vec![Column { name: "record".into(), cells: names, said: false }];
+    let mut columns = vec![ResultColumn { name: "record".into(), cells: names, said: false }];
     let mut known = HashSet::new();
     for (name, _) in rows.iter().flat_map(|(item, _)| &item.said) {
         if known.insert(name) {
             let of = |item: &BatchItem| item.said.iter().find(|(n, _)| n == name).map(|(_, text)| text.clone());
             let cells = rows.iter().map(|(item, _)| of(item).map_or(Value::Null, Value::String)).collect();
-            columns.push(Column { name: name.clone(), cells, said: true });
+            columns.push(ResultColumn { name: name.clone(), cells, said: true });
         }
     }
     let mut known = HashSet::new();
     for name in rows.iter().flat_map(|(_, row)| row.keys()) {
         if known.insert(name) {
             let cells = rows.iter().map(|(_, row)| row.get(name).cloned().unwrap_or(Value::Null)).collect();
-            columns.push(Column { name: name.clone(), cells, said: false });
+            columns.push(ResultColumn { name: name.clone(), cells, said: false });
         }
     }
     columns
 }
 
-impl Column {
+impl ResultColumn {
     fn typed(self) -> TableColumn {
         let Self { name, cells, said } = self;
         let number = |cell: &Value| match cell {
@@ -87,7 +87,7 @@ fn plain_number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite() && !name)
 }
 
-fn csv(columns: &[Column], rows: usize) -> Result<Vec<u8>, String> {
+fn csv(columns: &[ResultColumn], rows: usize) -> Result<Vec<u8>, String> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(columns.iter().map(|column| &column.name)).map_err(|e| e.to_string())?;
     for k in 0..rows {

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use table::SeriesRow;
 pub use table::{SeriesTable, is_series_table};
 pub use trend::Trend;
-use trend::{Reading, fitted};
+use trend::{TrendPoint, fitted};
 pub use words::TrendWords;
 
 /// Fewest records that a trend is sought in: a line through fewer leaves next to nothing to judge it by.
@@ -143,14 +143,14 @@ fn parameter(rows: &[SeriesRow], k: usize, name: &str, reasons: &mut [Vec<String
     let reading = |r: &usize| {
         let row = &rows[*r];
         let (value, std_error) = row.values[k]?;
-        Some(Reading { at: row.at, value, std_error })
+        Some(TrendPoint { at: row.at, value, std_error })
     };
-    let readings: Vec<Reading> = places.iter().filter_map(reading).collect();
+    let readings: Vec<TrendPoint> = places.iter().filter_map(reading).collect();
     if readings.is_empty() {
         return None;
     }
     let trend = (readings.len() >= LEAST_RECORDS).then(|| fitted(&readings));
-    let point = |(r, reading): (&usize, &Reading)| {
+    let point = |(r, reading): (&usize, &TrendPoint)| {
         let distance = trend.as_ref().map_or(0.0, |t| t.distance(reading));
         let outlies = trend.as_ref().is_some_and(|t| distance > t.bound());
         if outlies {

@@ -17,13 +17,13 @@ const ROUNDS: usize = 40;
 
 /// A parameter of one record.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
+pub(super) struct TrendPoint {
     pub(super) at: f64,
     pub(super) value: f64,
     pub(super) std_error: Option<f64>,
 }
 
-impl Reading {
+impl TrendPoint {
     fn variance(&self) -> f64 {
         self.std_error.map_or(0.0, |e| e * e)
     }
@@ -51,7 +51,7 @@ pub struct Trend {
 
 /// Fits a line: Theil and Sen's first (P. K. Sen, J. Am. Stat. Assoc. 63 (1968) 1379–1389), then weights of the standard errors and a
 /// common scatter, with Tukey's biweight against records that do not belong (P. J. Huber, E. M. Ronchetti, Robust Statistics, 2009).
-pub(super) fn fitted(readings: &[Reading]) -> Trend {
+pub(super) fn fitted(readings: &[TrendPoint]) -> Trend {
     let n = readings.len() as f64;
     let centre = readings.iter().map(|r| r.at).sum::<f64>() / n;
     let mut slopes = Vec::new();
@@ -60,11 +60,11 @@ pub(super) fn fitted(readings: &[Reading]) -> Trend {
     }
     let mut slope = median(slopes).unwrap_or(0.0);
     let mut level = median(readings.iter().map(|r| r.value - slope * (r.at - centre)).collect()).unwrap_or(0.0);
-    let line = |level: f64, slope: f64, r: &Reading| level + slope * (r.at - centre);
+    let line = |level: f64, slope: f64, r: &TrendPoint| level + slope * (r.at - centre);
     let freedom = (n / (n - 2.0).max(1.0)).sqrt();
     let (mut scatter, mut errors) = (0.0, [0.0; 2]);
     for _ in 0..ROUNDS {
-        let residual = |r: &Reading| r.value - line(level, slope, r);
+        let residual = |r: &TrendPoint| r.value - line(level, slope, r);
         scatter = common_scatter(readings, &residual, freedom);
         let [mut w, mut wt, mut wtt, mut wy, mut wty] = [0.0; 5];
         for r in readings {
@@ -106,9 +106,9 @@ pub(super) fn fitted(readings: &[Reading]) -> Trend {
 }
 
 /// The scatter between records beside which the middle residual is what chance makes it.
-fn common_scatter(readings: &[Reading], residual: &dyn Fn(&Reading) -> f64, freedom: f64) -> f64 {
+fn common_scatter(readings: &[TrendPoint], residual: &dyn Fn(&TrendPoint) -> f64, freedom: f64) -> f64 {
     let size = |scatter: f64| {
-        let of = |r: &Reading| {
+        let of = |r: &TrendPoint| {
             freedom * residual(r).abs() / (r.variance() + scatter * scatter).sqrt().max(f64::MIN_POSITIVE)
         };
         median(readings.iter().map(of).collect()).unwrap_or(0.0)
@@ -146,7 +146,7 @@ impl Trend {
     }
 
     /// How far a record lies from the line, in standard deviations.
-    pub(super) fn distance(&self, reading: &Reading) -> f64 {
+    pub(super) fn distance(&self, reading: &TrendPoint) -> f64 {
         let deviation = (reading.variance() + self.scatter * self.scatter).sqrt();
         let off = (reading.value - self.at(reading.at)).abs();
         if off == 0.0 { 0.0 } else { off / deviation.max(f64::MIN_POSITIVE) }

@@ -12,8 +12,8 @@ mod words;
 
 use std::collections::VecDeque;
 
-use crate::Progress;
-use crate::analyse::{Listener, chosen};
+use crate::AnalysisProgress;
+use crate::analyse::{AnalysisListener, chosen};
 use crate::error::AnalysisError;
 use crate::request::AnalysisRequest;
 use crate::source::KindName;
@@ -214,7 +214,7 @@ impl Watch {
         &mut self,
         bytes: &[u8],
         cancel: &Cancel,
-        progress: Listener<'_>,
+        progress: AnalysisListener<'_>,
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
         let mut arrived = std::mem::take(&mut self.rows);
@@ -254,7 +254,7 @@ impl Watch {
     pub fn end(
         &mut self,
         cancel: &Cancel,
-        progress: Listener<'_>,
+        progress: AnalysisListener<'_>,
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
         // A last line without its end is a line all the same.
@@ -274,7 +274,7 @@ impl Watch {
     /// The newest stretch without a gap of the last seconds; none as long as there is none.
     pub fn record(&self) -> Option<Record> {
         let rows: Vec<NewRow> = self.kept.iter().cloned().collect();
-        stretch(&rows, self.channels()?, self.request.source.reading.rate, Stretch::Newest).ok().flatten()
+        stretch(&rows, self.channels()?, self.request.source.reading.rate, WhichStretch::Newest).ok().flatten()
     }
 
     /// Without a column of time a line that is no row is a sample that is missing.
@@ -300,7 +300,7 @@ impl Watch {
         &mut self,
         new: Vec<NewRow>,
         cancel: &Cancel,
-        progress: Listener<'_>,
+        progress: AnalysisListener<'_>,
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
         let mut new = new.into_iter();
@@ -330,11 +330,11 @@ impl Watch {
         rows: Vec<NewRow>,
         least: f64,
         cancel: &Cancel,
-        progress: Listener<'_>,
+        progress: AnalysisListener<'_>,
         told: &mut Vec<WatchEvent>,
     ) -> Result<(), AnalysisError> {
         let channels = self.reader.channels().unwrap_or_default();
-        let found = stretch(&rows, channels, self.request.source.reading.rate, Stretch::Longest)?;
+        let found = stretch(&rows, channels, self.request.source.reading.rate, WhichStretch::Longest)?;
         let Some(record) = found.filter(|r| r.duration() >= least) else {
             if let WatchState::Opening { rows: waiting, .. } = &mut self.state {
                 *waiting = rows;
@@ -343,7 +343,7 @@ impl Watch {
         };
         let set = RecordSet::new([record.clone()], Usage::Fit);
         let chosen = chosen(&self.request, &set, true, cancel, progress)?;
-        progress(Progress::Stage("identifying"));
+        progress(AnalysisProgress::Stage("identifying"));
         let mut grid = Grid::new(record.interval);
         let false_alarms = self.watching.false_alarms;
         let settings = StreamSettings { study: chosen.settings.clone(), last: self.last, false_alarms };
@@ -413,7 +413,7 @@ fn run(
 
 /// Which of the stretches between gaps is wanted.
 #[derive(Clone, Copy, PartialEq)]
-enum Stretch {
+enum WhichStretch {
     Longest,
     /// The newest that is long enough for a record.
     Newest,
@@ -424,7 +424,7 @@ fn stretch(
     rows: &[NewRow],
     channels: &[Channel],
     rate: Option<f64>,
-    which: Stretch,
+    which: WhichStretch,
 ) -> Result<Option<Record>, AnalysisError> {
     let since = rows.iter().rposition(|r| r.anew).unwrap_or(0);
     let whole: Vec<&NewRow> = rows[since..].iter().filter(|r| r.values.iter().all(|v| v.is_finite())).collect();
@@ -440,7 +440,7 @@ fn stretch(
         None => sampling::analyse(&mut stamps).map_err(|irregular| AnalysisError::UnevenStream { irregular })?,
     };
     let mut long = sampling.stretches.iter().filter(|s| s.rows.len() >= LEAST_SAMPLES);
-    let found = if which == Stretch::Newest { long.next_back() } else { long.max_by_key(|s| s.rows.len()) };
+    let found = if which == WhichStretch::Newest { long.next_back() } else { long.max_by_key(|s| s.rows.len()) };
     let Some(stretch) = found else { return Ok(None) };
     if stretch.resample.is_some() {
         return Err(AnalysisError::JitteringStream { percent: sampling::significant(100.0 * sampling.jitter, 2) });

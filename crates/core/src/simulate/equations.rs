@@ -94,7 +94,7 @@ impl Equations {
         let rates = rates(&model)?;
         let all: Vec<Expression> = rates.iter().flatten().map(|(_, e)| e.clone()).collect();
         let places = Program::surfaces(&all);
-        let mut split = Split::new(model.layout, &places, &all);
+        let mut split = EquationSplit::new(model.layout, &places, &all);
         for (row, parts) in rates.into_iter().enumerate() {
             split.rate(row, parts);
         }
@@ -121,7 +121,7 @@ fn rates(model: &Model) -> Result<Vec<Vec<(f64, Expression)>>, SimulateError> {
 }
 
 /// Equations taken apart; rows and surfaces hold indices of [`CollectedExpressions`] where [`Equations`] holds slots of programs.
-struct Split<'a> {
+struct EquationSplit<'a> {
     layout: Layout,
     symbols: Vec<Symbol>,
     /// The functions at whose zeros the equations switch.
@@ -135,7 +135,7 @@ struct Split<'a> {
     curved: CollectedExpressions,
 }
 
-impl<'a> Split<'a> {
+impl<'a> EquationSplit<'a> {
     /// Nothing but the surfaces of all addends.
     fn new(layout: Layout, places: &'a [Expression], all: &[Expression]) -> Self {
         let states = layout.states();

@@ -156,7 +156,7 @@ pub fn choose(
     }
     let settled = plan.settle(records, start, free, &tried, sparse, cancel)?;
     let (chosen, mut settings) = match &settled {
-        Some(Settled { candidate, settings }) => (*candidate, settings.clone()),
+        Some(SettledChoice { candidate, settings }) => (*candidate, settings.clone()),
         None => (sparse, plan.settings(start, free, sparse)?),
     };
     let mut error = chosen.mean();
@@ -382,7 +382,7 @@ fn levels(tried: &[SettingsTrial]) -> Vec<&SettingsTrial> {
 }
 
 /// A candidate held against the refined response.
-struct Settled<'a> {
+struct SettledChoice<'a> {
     candidate: &'a SettingsTrial,
     settings: Settings,
 }
@@ -408,7 +408,7 @@ impl ValidationPlan {
         tried: &'a [SettingsTrial],
         sparse: &'a SettingsTrial,
         cancel: &Cancel,
-    ) -> Result<Option<Settled<'a>>, StudyError> {
+    ) -> Result<Option<SettledChoice<'a>>, StudyError> {
         let mut alike: Vec<&SettingsTrial> = Vec::new();
         for candidate in close(tried).filter(|c| c.terms == sparse.terms) {
             match alike.iter_mut().find(|c| (c.form, c.smoothing) == (candidate.form, candidate.smoothing)) {
@@ -427,7 +427,7 @@ impl ValidationPlan {
         if refined.refinement.is_none() || refined.diverged() {
             return Ok(None);
         }
-        let mut nearest: Option<(f64, Settled<'a>)> = None;
+        let mut nearest: Option<(f64, SettledChoice<'a>)> = None;
         for candidate in alike {
             let settings = Settings { refine: false, ..self.settings(start, free, candidate)? };
             // A smoothing that whole records do not bear is none.
@@ -439,7 +439,7 @@ impl ValidationPlan {
             let Some(distance) = distance(&outcome, &refined) else { continue };
             if nearest.as_ref().is_none_or(|(least, _)| distance < *least) {
                 let settings = Settings { refine: start.refine, ..settings };
-                nearest = Some((distance, Settled { candidate, settings }));
+                nearest = Some((distance, SettledChoice { candidate, settings }));
             }
         }
         Ok(nearest.map(|(_, settled)| settled))

@@ -35,13 +35,13 @@ const MIN_BLOCK_ROWS: usize = 20;
 const MAX_TERMS: usize = 9;
 
 /// One stage of growth.
-struct Stage {
+struct LibraryStage {
     name: &'static str,
     terms: Vec<Term>,
 }
 
 /// What a record with a single degree of freedom is offered, stage by stage; each has the terms of those before.
-fn stages(layout: &Layout, base: bool, angle: bool) -> Vec<Stage> {
+fn stages(layout: &Layout, base: bool, angle: bool) -> Vec<LibraryStage> {
     let mut linear = TermFamily::States.terms(layout);
     linear.extend(TermFamily::Inputs.terms(layout));
     if base {
@@ -66,7 +66,7 @@ fn stages(layout: &Layout, base: bool, angle: bool) -> Vec<Stage> {
     let mut all: Vec<Term> = Vec::new();
     let mut stage = |(name, terms): (&'static str, Vec<Term>)| {
         all.extend(terms.into_iter().filter(|t| !all.contains(t)).collect::<Vec<_>>());
-        Stage { name, terms: all.clone() }
+        LibraryStage { name, terms: all.clone() }
     };
     offered.into_iter().map(&mut stage).collect()
 }
@@ -87,13 +87,13 @@ struct Blocks {
 
 /// A subset of terms with what it leaves.
 #[derive(Clone, Debug)]
-struct Subset {
+struct TermSubset {
     terms: Vec<usize>,
     /// Of each block its mean square, fitted to all others, as a share of the rate's mean square.
     errors: Vec<f64>,
 }
 
-impl Subset {
+impl TermSubset {
     fn mean(&self) -> f64 {
         self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
     }
@@ -168,14 +168,14 @@ impl Blocks {
         self.fit(&self.total, terms).map_or(f64::INFINITY, |c| Self::left(&self.total, terms, &c))
     }
 
-    fn judged(&self, terms: Vec<usize>) -> Option<Subset> {
+    fn judged(&self, terms: Vec<usize>) -> Option<TermSubset> {
         let all = self.rows.iter().sum::<usize>() as f64 / self.total[(self.terms.len(), self.terms.len())];
         let error = |(gram, rows): (&DMatrix<f64>, &usize)| {
             let c = self.fit(&(&self.total - gram), &terms)?;
             Some(Self::left(gram, &terms, &c) / *rows as f64 * all)
         };
         let errors = self.grams.iter().zip(&self.rows).map(error).collect::<Option<Vec<f64>>>()?;
-        Some(Subset { terms, errors })
+        Some(TermSubset { terms, errors })
     }
 
     /// What an equation that was fitted elsewhere leaves of all rows, as a share of the rate's mean square; none where it has
@@ -230,7 +230,7 @@ impl Blocks {
     /// For each number of terms of a pool the subset that leaves least of those that a search from both ends finds, fewest
     /// first: one adds terms from none, the other drops them from all, and both exchange single terms at each size. Along a
     /// limit cycle or a steady tone terms are so much alike that the first alone would not find its way.
-    fn best_subsets(&self, pool: &[usize]) -> Vec<Subset> {
+    fn best_subsets(&self, pool: &[usize]) -> Vec<TermSubset> {
         let (free, locked) = self.choosable(pool);
         let mut best: Vec<(f64, Vec<usize>)> = Vec::new();
         let mut present = locked.clone();
@@ -275,8 +275,8 @@ const DEPENDENT: f64 = 1e-9;
 const MAX_ERROR_RATIO: f64 = 0.5;
 
 /// Of subsets the one with the fewest terms beyond which the held-out error is never halved.
-fn parsimonious(subsets: Vec<Subset>) -> Option<Subset> {
-    let least = subsets.iter().map(Subset::mean).fold(f64::INFINITY, f64::min);
+fn parsimonious(subsets: Vec<TermSubset>) -> Option<TermSubset> {
+    let least = subsets.iter().map(TermSubset::mean).fold(f64::INFINITY, f64::min);
     subsets.into_iter().find(|s| MAX_ERROR_RATIO * MAX_ERROR_RATIO * s.mean() <= least)
 }
 
@@ -376,20 +376,20 @@ pub(super) fn grown(
     let offered = candidate_terms(settings, layout);
     let Some(start) = best(&offered) else { return Ok(None) };
     let mut tried = Vec::new();
-    let mut found: Option<Subset> = None;
+    let mut found: Option<TermSubset> = None;
     for stage in &stages {
         let Some(subset) = best(&candidate_terms(&Settings { terms: stage.terms.clone(), ..settings.clone() }, layout))
         else {
             continue;
         };
         tried.push(format!("{} {} %", stage.name, significant_trimmed(100.0 * subset.mean().sqrt(), 2)));
-        let shorter = |f: &Subset| subset.terms.len() < f.terms.len() && subset.mean() <= f.mean();
+        let shorter = |f: &TermSubset| subset.terms.len() < f.terms.len() && subset.mean() <= f.mean();
         if found.as_ref().is_none_or(|f| subset.mean() <= MAX_ERROR_RATIO * MAX_ERROR_RATIO * f.mean() || shorter(f)) {
             found = Some(subset);
         }
     }
-    let better = |f: &Subset| f.mean() <= MAX_ERROR_RATIO * MAX_ERROR_RATIO * start.mean();
-    let new = |f: &Subset| f.terms.iter().any(|k| !offered.contains(&terms[*k]));
+    let better = |f: &TermSubset| f.mean() <= MAX_ERROR_RATIO * MAX_ERROR_RATIO * start.mean();
+    let new = |f: &TermSubset| f.terms.iter().any(|k| !offered.contains(&terms[*k]));
     let found = found.filter(|f| better(f) && new(f));
     let taken = found.as_ref().map_or("the library at the start stays".to_owned(), |f| {
         let names: Vec<&str> = f.terms.iter().map(|k| terms[*k].as_str()).collect();
@@ -400,9 +400,9 @@ pub(super) fn grown(
         significant_trimmed(100.0 * start.mean().sqrt(), 2),
         tried.join(", ")
     );
-    let named = |subset: &Subset| subset.terms.iter().map(|k| terms[*k].clone()).collect::<Vec<Term>>();
+    let named = |subset: &TermSubset| subset.terms.iter().map(|k| terms[*k].clone()).collect::<Vec<Term>>();
     let best = found.as_ref().unwrap_or(&start);
-    let lacking = |f: &Subset| -> Vec<Term> { named(f).into_iter().filter(|t| !offered.contains(t)).collect() };
+    let lacking = |f: &TermSubset| -> Vec<Term> { named(f).into_iter().filter(|t| !offered.contains(t)).collect() };
     Ok(Some(Growth {
         lacking: found.as_ref().map(lacking).unwrap_or_default(),
         start: start.mean().sqrt(),
@@ -417,8 +417,8 @@ pub(super) fn grown(
 mod tests {
     use super::*;
 
-    fn subset(terms: usize, error: f64) -> Subset {
-        Subset { terms: (0..terms).collect(), errors: vec![error; 3] }
+    fn subset(terms: usize, error: f64) -> TermSubset {
+        TermSubset { terms: (0..terms).collect(), errors: vec![error; 3] }
     }
 
     #[test]

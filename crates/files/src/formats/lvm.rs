@@ -40,7 +40,7 @@ fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
     let mut contents = FileContents::default();
     let mut entries: Vec<(String, Vec<String>)> = Vec::new();
     let mut own_headers = 0;
-    let mut segments: Vec<Segment> = Vec::new();
+    let mut segments: Vec<LvmSegment> = Vec::new();
     let mut names: Option<Vec<String>> = None;
     let mut has_names = false;
     for (index, line) in bytes.split(|b| *b == b'\n').enumerate() {
@@ -66,7 +66,7 @@ fn read(bytes: &[u8]) -> Result<FileContents<'_>, Flaw> {
             if cells.len() > MOST_COLUMNS {
                 return Err(Flaw::new(format!("line {} has {} columns", index + 1, cells.len())));
             }
-            segments.push(Segment::new(&entries, &cells));
+            segments.push(LvmSegment::new(&entries, &cells));
             (names, has_names) = (Some(cells), true);
         } else if let Some(segment) = segments.last_mut() {
             segment.add_row(line, separator, index + 1)?;
@@ -97,11 +97,11 @@ struct SegmentColumn {
     values: Vec<f64>,
 }
 
-struct Segment {
+struct LvmSegment {
     columns: Vec<SegmentColumn>,
 }
 
-impl Segment {
+impl LvmSegment {
     fn new(entries: &[(String, Vec<String>)], names: &[String]) -> Self {
         let entry = |key: &str| entries.iter().rev().find(|(k, _)| k == key).map(|(_, cells)| cells.as_slice());
         let setting = |key: &str| entry(key).and_then(<[String]>::first).map_or("", String::as_str);

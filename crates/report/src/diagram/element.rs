@@ -24,7 +24,7 @@ pub enum ElementEnds {
 
 /// Which motion a force follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Follows {
+enum ForceFollows {
     Deflection,
     Velocity,
     Both,
@@ -36,7 +36,7 @@ pub struct Element {
     freedom: usize,
     across: ElementEnds,
     layout: Layout,
-    terms: Vec<(Expression, f64, Follows)>,
+    terms: Vec<(Expression, f64, ForceFollows)>,
 }
 
 /// An element's motion along a record, and what the equation leaves of the acceleration.
@@ -90,9 +90,9 @@ impl Element {
                 let deflects = symbols.iter().any(|s| *s == own[0] || partners.is_some_and(|p| *s == p[0]));
                 let moves = symbols.iter().any(|s| *s == own[1] || partners.is_some_and(|p| *s == p[1]));
                 let follows = match (deflects, moves) {
-                    (true, true) => Follows::Both,
-                    (false, true) => Follows::Velocity,
-                    (_, false) => Follows::Deflection,
+                    (true, true) => ForceFollows::Both,
+                    (false, true) => ForceFollows::Velocity,
+                    (_, false) => ForceFollows::Deflection,
                 };
                 belongs.then(|| (e.clone(), weighted.coefficient, follows))
             })
@@ -147,10 +147,10 @@ impl Element {
 
     /// The part of the force that follows the velocity alone: damping and friction.
     pub fn friction(&self, velocity: f64) -> f64 {
-        self.sum(0.0, velocity, |f| f == Follows::Velocity)
+        self.sum(0.0, velocity, |f| f == ForceFollows::Velocity)
     }
 
-    fn sum(&self, deflection: f64, velocity: f64, counts: impl Fn(Follows) -> bool) -> f64 {
+    fn sum(&self, deflection: f64, velocity: f64, counts: impl Fn(ForceFollows) -> bool) -> f64 {
         let value = |s: Symbol| match s {
             Symbol::State(i) if i == self.freedom => deflection,
             Symbol::Rate(i) if i == self.freedom => velocity,

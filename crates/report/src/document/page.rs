@@ -308,7 +308,7 @@ impl<'a> Flow<'a> {
     }
 
     /// Where the columns of a table stand. Those of text give way where all together are too wide: their text is broken.
-    fn columns(&self, table: &DocumentTable) -> Vec<Column> {
+    fn columns(&self, table: &DocumentTable) -> Vec<PageColumn> {
         let count = table.rows.iter().map(Vec::len).chain([table.head.len()]).max().unwrap_or(0);
         let cells = |column: usize| table.rows.iter().filter_map(move |r| r.get(column));
         let head = |column: usize| table.head.get(column).map_or(0.0, |h| self.fonts.width(h, 11.5, Face::Text));
@@ -334,14 +334,14 @@ impl<'a> Flow<'a> {
         }
         let mut start = MARGIN;
         let place = |width: f64| {
-            let column = Column { start, width };
+            let column = PageColumn { start, width };
             start += width + PAD;
             column
         };
         widths.into_iter().map(place).collect()
     }
 
-    fn head(&mut self, table: &DocumentTable, columns: &[Column]) {
+    fn head(&mut self, table: &DocumentTable, columns: &[PageColumn]) {
         if table.head.is_empty() {
             return;
         }
@@ -355,14 +355,14 @@ impl<'a> Flow<'a> {
     }
 
     /// The lines of a cell of text; of any other, one.
-    fn cell_lines(&self, cell: &Cell, column: &Column) -> Vec<String> {
+    fn cell_lines(&self, cell: &Cell, column: &PageColumn) -> Vec<String> {
         match cell {
             Cell::Text(text) => self.fonts.lines(text, BODY, Face::Text, column.width + 0.01),
             _ => vec![String::new()],
         }
     }
 
-    fn cell(&mut self, cell: &Cell, column: &Column, base: f64) {
+    fn cell(&mut self, cell: &Cell, column: &PageColumn, base: f64) {
         let x = column.start;
         match cell {
             Cell::Text(_) => {
@@ -395,7 +395,7 @@ impl<'a> Flow<'a> {
 const LEAST_COLUMN: f64 = 60.0;
 
 /// Where a column of a table stands.
-struct Column {
+struct PageColumn {
     start: f64,
     width: f64,
 }

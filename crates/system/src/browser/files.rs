@@ -14,7 +14,7 @@ pub const KEPT: &str = "/kept";
 type Bytes = Arc<Vec<u8>>;
 
 /// What the page has to do with a file.
-pub(super) enum Change {
+pub(super) enum FileChange {
     /// Keep these bytes, or none any more.
     Kept(PathBuf, Option<Bytes>),
     /// Hand it to the person.
@@ -22,7 +22,7 @@ pub(super) enum Change {
 }
 
 static FILES: Mutex<BTreeMap<PathBuf, Bytes>> = Mutex::new(BTreeMap::new());
-static CHANGES: Mutex<Vec<Change>> = Mutex::new(Vec::new());
+static CHANGES: Mutex<Vec<FileChange>> = Mutex::new(Vec::new());
 
 fn get(path: &Path) -> io::Result<Bytes> {
     let missing = || io::Error::new(io::ErrorKind::NotFound, "this page has no such file");
@@ -54,10 +54,10 @@ pub fn write(path: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> io::Result<(
     let (path, bytes) = (path.as_ref(), Arc::new(contents.as_ref().to_vec()));
     let change = if path.starts_with(KEPT) {
         lock(&FILES).insert(path.to_owned(), Arc::clone(&bytes));
-        Change::Kept(path.to_owned(), Some(bytes))
+        FileChange::Kept(path.to_owned(), Some(bytes))
     } else {
         let name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?;
-        Change::Given(name.to_string_lossy().into_owned(), bytes)
+        FileChange::Given(name.to_string_lossy().into_owned(), bytes)
     };
     lock(&CHANGES).push(change);
     ask_to_wake();
@@ -77,7 +77,7 @@ pub fn rename(from: impl AsRef<Path>, to: impl AsRef<Path>) -> io::Result<()> {
 
 fn forget(path: &Path) {
     lock(&FILES).remove(path);
-    lock(&CHANGES).push(Change::Kept(path.to_owned(), None));
+    lock(&CHANGES).push(FileChange::Kept(path.to_owned(), None));
     ask_to_wake();
 }
 
@@ -119,6 +119,6 @@ pub(super) fn restore(kept: impl Iterator<Item = (String, Vec<u8>)>) {
     lock(&FILES).extend(kept.map(|(path, bytes)| (PathBuf::from(path), Arc::new(bytes))));
 }
 
-pub(super) fn changes() -> Vec<Change> {
+pub(super) fn changes() -> Vec<FileChange> {
     std::mem::take(&mut *lock(&CHANGES))
 }

@@ -135,10 +135,10 @@ pub fn page_woken() {
     ASKED.store(false, Ordering::Release);
     for change in files::changes() {
         match change {
-            files::Change::Kept(path, bytes) => {
+            files::FileChange::Kept(path, bytes) => {
                 keep(&path.to_string_lossy(), bytes.map(|bytes| Uint8Array::from(bytes.as_slice())));
             }
-            files::Change::Given(name, bytes) => give(&name, Uint8Array::from(bytes.as_slice())),
+            files::FileChange::Given(name, bytes) => give(&name, Uint8Array::from(bytes.as_slice())),
         }
     }
     WAKE.with_borrow(|wake| wake.iter().for_each(|wake| wake()));

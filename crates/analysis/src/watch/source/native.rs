@@ -30,7 +30,7 @@ impl Arriving {
     /// The source cannot be opened: a sentence.
     pub fn open(source: &StreamSource, cancel: &Cancel) -> Result<Self, String> {
         let (sender, receiver) = channel();
-        let reader = Reader { sender, cancel: cancel.clone() };
+        let reader = SourceReader { sender, cancel: cancel.clone() };
         match source {
             StreamSource::File(path) => {
                 if path.is_dir() {
@@ -71,7 +71,7 @@ fn start(reading: impl FnOnce() + Send + 'static) -> Result<(), String> {
 }
 
 /// A thread's end of a source.
-struct Reader {
+struct SourceReader {
     sender: Sender<Arrival>,
     cancel: Cancel,
 }
@@ -89,7 +89,7 @@ fn identity(file: &File) -> Option<std::time::SystemTime> {
     file.metadata().ok().and_then(|m| m.created().ok())
 }
 
-impl Reader {
+impl SourceReader {
     /// Hands something on; false if nobody wants it any more.
     fn tell(&self, arrival: Arrival) -> bool {
         !self.cancel.is_cancelled() && self.sender.send(arrival).is_ok()

@@ -41,7 +41,7 @@ pub(super) struct Regression {
     stretches: Vec<(usize, Range<usize>)>,
     /// Rows over which residuals are correlated.
     block: usize,
-    origin: Origin,
+    origin: SignalOrigin,
 }
 
 /// What thresholding has left.
@@ -56,7 +56,7 @@ pub(super) struct Identified {
 
 /// Where rows come from.
 #[derive(Debug)]
-enum Origin {
+enum SignalOrigin {
     /// From smoothed records, every `stride`-th sample.
     Smoothed { records: Vec<Arc<Signals>>, smoothing: Smoothing, stride: usize },
     /// From smoothed records, integrated over time.
@@ -181,9 +181,9 @@ impl Regression {
                 let step = records[*record].interval * stride as f64;
                 columns.iter_mut().chain(&mut rates).for_each(|series| integrated(&mut series[rows.clone()], step));
             }
-            Origin::Integrated(*smoothing)
+            SignalOrigin::Integrated(*smoothing)
         } else {
-            Origin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride }
+            SignalOrigin::Smoothed { records: records.to_vec(), smoothing: *smoothing, stride }
         };
         let symbols: Vec<Symbol> = layout.state_symbols().collect();
         let columns = Arc::new(columns);
@@ -234,7 +234,7 @@ impl Regression {
                 Target { state: symbols[*index], index: *index, columns, rate, reduced, rate_rms }
             })
             .collect();
-        let origin = Origin::Averaged(weak.clone());
+        let origin = SignalOrigin::Averaged(weak.clone());
         let stretches = moving.stretches();
         Ok(Self { layout: *layout, terms: terms.to_vec(), targets, starts, stretches, block, origin })
     }
@@ -243,17 +243,17 @@ impl Regression {
     pub(super) fn on_records(&self, terms: &[Term], records: &[Arc<Signals>]) -> Result<Self, StudyError> {
         let fitted: Vec<usize> = self.fitted().collect();
         let (smoothing, basis) = match &self.origin {
-            Origin::Smoothed { smoothing, .. } => (*smoothing, Basis::Samples),
-            Origin::Integrated(smoothing) => (*smoothing, Basis::Integrals),
-            Origin::Averaged(weak) => (Smoothing::default(), Basis::Averages(weak.clone())),
-            Origin::Joined => return Err(StudyError::NothingToFit),
+            SignalOrigin::Smoothed { smoothing, .. } => (*smoothing, Basis::Samples),
+            SignalOrigin::Integrated(smoothing) => (*smoothing, Basis::Integrals),
+            SignalOrigin::Averaged(weak) => (Smoothing::default(), Basis::Averages(weak.clone())),
+            SignalOrigin::Joined => return Err(StudyError::NothingToFit),
         };
         Self::new(&self.layout, terms, records, &smoothing, &basis, &fitted)
     }
 
     /// Samples that a row is made from.
     pub(super) fn span(&self, signals: &Signals) -> f64 {
-        if let Origin::Averaged(weak) = &self.origin { weak.span() as f64 } else { signals.length }
+        if let SignalOrigin::Averaged(weak) = &self.origin { weak.span() as f64 } else { signals.length }
     }
 
     /// The coefficients of a model's own terms, none dropped: `[fitted equation][term]`.
@@ -310,7 +310,7 @@ impl Regression {
             starts: Vec::new(),
             stretches: Vec::new(),
             block: first.block,
-            origin: Origin::Joined,
+            origin: SignalOrigin::Joined,
         }
     }
 
@@ -336,7 +336,7 @@ impl Regression {
             starts: Vec::new(),
             stretches: Vec::new(),
             block: self.block,
-            origin: Origin::Joined,
+            origin: SignalOrigin::Joined,
         }
     }
 

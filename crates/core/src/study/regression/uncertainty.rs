@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand::SeedableRng as _;
 
-use super::{Origin, Regression, Target};
+use super::{Regression, SignalOrigin, Target};
 use crate::signal::Signals;
 use crate::sparse::{Constraint, Reduced, Scores, Solution};
 use crate::study::Settings;
@@ -135,7 +135,7 @@ impl Regression {
 
     /// What makes each record's rows uncorrelated, as far as they are correlated by the sensors' noise; none in the weak form.
     fn whitenings(&self, target: &Target, solution: &Solution) -> Option<Vec<Whitening>> {
-        let Origin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
+        let SignalOrigin::Smoothed { records, smoothing, stride } = &self.origin else { return None };
         let kept = self.terms.iter().zip(solution.coefficients.iter().copied()).filter(|(_, c)| *c != 0.0);
         let passing = slopes(kept, &self.layout, records);
         let whitening = |(record, signals): (usize, &Arc<Signals>)| {

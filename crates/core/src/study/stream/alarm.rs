@@ -9,7 +9,7 @@
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::MIN_BLOCKS;
-use super::window::{Block, Identified, Window};
+use super::window::{StreamBlock, StreamFit, Window};
 use crate::signal::mean_and_variance;
 use crate::sparse::Unexplained;
 use crate::study::Settings;
@@ -147,7 +147,7 @@ impl ChangeDetector {
     /// Holds a block that is not yet in the window against the reference.
     pub(super) fn judge(
         &mut self,
-        block: &Block,
+        block: &StreamBlock,
         window: &mut Window,
         kept: usize,
     ) -> (Option<Judged>, Option<AlarmChange>) {
@@ -184,11 +184,11 @@ impl ChangeDetector {
     }
 
     /// Takes what the window holds for usual, unless an alarm stands or too little of it came without one.
-    pub(super) fn learn(&mut self, window: &Window, identified: &Identified, settings: &Settings) {
+    pub(super) fn learn(&mut self, window: &Window, identified: &StreamFit, settings: &Settings) {
         if self.stands() {
             return;
         }
-        let usual: Vec<&Block> = window.blocks().filter(|b| b.judged && !b.alarmed).collect();
+        let usual: Vec<&StreamBlock> = window.blocks().filter(|b| b.judged && !b.alarmed).collect();
         if usual.len() < MIN_BLOCKS {
             return;
         }
@@ -196,7 +196,7 @@ impl ChangeDetector {
         let identified = if usual.len() == window.blocks().count() {
             identified
         } else {
-            own = Identified::new(&usual, settings);
+            own = StreamFit::new(&usual, settings);
             &own
         };
         self.reference = Some(Reference::new(usual[0], identified));
@@ -205,7 +205,7 @@ impl ChangeDetector {
 
 impl Reference {
     /// What is usual of blocks, one of which is given.
-    fn new(block: &Block, Identified { model, left }: &Identified) -> Self {
+    fn new(block: &StreamBlock, StreamFit { model, left }: &StreamFit) -> Self {
         let coefficients = block.regression.coefficients_of(model);
         let of_equation = |(equation, coefficients): (usize, &Vec<f64>)| {
             let kept = (0..coefficients.len()).filter(|k| coefficients[*k] != 0.0).map(Some);
@@ -246,7 +246,7 @@ impl Reference {
         found
     }
 
-    fn cause(&self, farthest: usize, left: &[Unexplained], block: &Block) -> AlarmCause {
+    fn cause(&self, farthest: usize, left: &[Unexplained], block: &StreamBlock) -> AlarmCause {
         let comparison = &self.comparisons[farthest];
         let state = block.regression.fitted().nth(comparison.equation).and_then(|index| block.regression.symbol(index));
         let state = state.unwrap_or(Symbol::State(0));

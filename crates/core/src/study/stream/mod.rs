@@ -21,7 +21,7 @@ pub use alarm::{Alarm, AlarmCause, AlarmChange, Cleared, Judged};
 use sindyscope_values::model::Model;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 use sindyscope_values::term::{Layout, Term};
-use window::{Block, Window};
+use window::{StreamBlock, Window};
 
 /// How a stream is studied.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Stream {
     channels: Vec<Channel>,
     facts: SignalFacts,
     blocking: Blocking,
-    stretch: Stretch,
+    stretch: StreamStretch,
     window: Window,
     detector: ChangeDetector,
     samples: usize,
@@ -80,7 +80,7 @@ impl Blocking {
 
 /// Samples that follow one another without a gap.
 #[derive(Debug, Default)]
-struct Stretch {
+struct StreamStretch {
     /// Time of the first sample of all, s.
     start: f64,
     /// Samples since then, those that were dropped among them.
@@ -134,7 +134,8 @@ impl Stream {
         let blocking = blocking(opening, &study, &facts, last, terms.len())?;
         let channels: Vec<Channel> =
             opening.channels.iter().map(|c| Channel { values: Arc::default(), ..c.clone() }).collect();
-        let stretch = Stretch { start: opening.start, held: vec![Vec::new(); channels.len()], ..Stretch::default() };
+        let stretch =
+            StreamStretch { start: opening.start, held: vec![Vec::new(); channels.len()], ..StreamStretch::default() };
         let detector = ChangeDetector::new(false_alarms * blocking.seconds() / 3600.0);
         let window = Window::new(blocking.kept, blocking.seconds());
         Ok(Self {
@@ -252,7 +253,7 @@ impl Stream {
         let regression = regression.ok()?;
         let tapered = regression.tapered();
         let regression = Regression::joined(&[&regression]).bounded(&self.settings);
-        let block = Block {
+        let block = StreamBlock {
             time,
             seconds: (rows * stride) as f64 * interval,
             // What friction holds still for most of the time has few rows, whose spread is another.
@@ -265,7 +266,7 @@ impl Stream {
     }
 
     /// Holds a block against what is known, takes it in, and identifies the last seconds.
-    fn identify(&mut self, mut block: Block) -> StreamUpdate {
+    fn identify(&mut self, mut block: StreamBlock) -> StreamUpdate {
         let time = block.time;
         let (judged, change) = self.detector.judge(&block, &mut self.window, self.blocking.kept);
         block.alarmed = self.detector.stands();

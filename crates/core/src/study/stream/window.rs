@@ -11,7 +11,7 @@ use sindyscope_values::model::Model;
 
 /// Rows of a stream, reduced.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(super) struct StreamBlock {
     /// Time of its last row, s.
     pub(super) time: f64,
     /// How much of the stream it covers, s.
@@ -25,7 +25,7 @@ pub(super) struct Block {
     pub(super) tapered: Regression,
 }
 
-impl Block {
+impl StreamBlock {
     /// What coefficients leave of its rates: the size of it, and with soft edges, in which direction.
     pub(super) fn left_by(&self, coefficients: &[Vec<f64>]) -> Vec<Unexplained> {
         let sizes = self.regression.left_by(coefficients);
@@ -37,7 +37,7 @@ impl Block {
 /// The blocks of the last seconds, the oldest first.
 #[derive(Debug)]
 pub(super) struct Window {
-    blocks: VecDeque<Block>,
+    blocks: VecDeque<StreamBlock>,
     /// What is kept, s.
     length: f64,
     /// Blocks that are kept, at most.
@@ -56,7 +56,7 @@ impl Window {
     }
 
     /// Takes a block in, and lets those go that are older than what is kept.
-    pub(super) fn push(&mut self, block: Block) {
+    pub(super) fn push(&mut self, block: StreamBlock) {
         self.blocks.push_back(block);
         let rounding = 1e-9 * self.length;
         while self.blocks.len() > 1 && (self.seconds() > self.length + rounding || self.blocks.len() > self.most) {
@@ -65,7 +65,7 @@ impl Window {
     }
 
     /// The blocks, the oldest first.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = &Block> {
+    pub(super) fn blocks(&self) -> impl Iterator<Item = &StreamBlock> {
         self.blocks.iter()
     }
 
@@ -82,15 +82,15 @@ impl Window {
     /// The equations of all blocks together. Standard errors come from how the scores of blocks, with soft edges, scatter
     /// (Welch's estimate of their spectrum at zero, between the bread of the sandwich estimator): serial correlation within
     /// blocks does not deceive them. None of few blocks.
-    pub(super) fn identify(&self, settings: &Settings) -> Identified {
-        let blocks: Vec<&Block> = self.blocks.iter().collect();
-        Identified::new(&blocks, settings)
+    pub(super) fn identify(&self, settings: &Settings) -> StreamFit {
+        let blocks: Vec<&StreamBlock> = self.blocks.iter().collect();
+        StreamFit::new(&blocks, settings)
     }
 }
 
 /// What blocks say together.
 #[derive(Debug)]
-pub(super) struct Identified {
+pub(super) struct StreamFit {
     pub(super) model: Model,
     /// What each block leaves under the model of all the others; none of few blocks.
     pub(super) left: Vec<Vec<Unexplained>>,
@@ -99,8 +99,8 @@ pub(super) struct Identified {
 /// Σ w² over the rows, as a share of their number, of Hann's weights: a sum of uncorrelated scores has so much less variance.
 const HANN_POWER: f64 = 3.0 / 8.0;
 
-impl Identified {
-    pub(super) fn new(blocks: &[&Block], settings: &Settings) -> Self {
+impl StreamFit {
+    pub(super) fn new(blocks: &[&StreamBlock], settings: &Settings) -> Self {
         let parts: Vec<&Regression> = blocks.iter().map(|b| &b.regression).collect();
         let joined = Regression::joined(&parts);
         let mut model = joined.model(settings);
