@@ -83,6 +83,152 @@ pub fn component_effects() -> impl Iterator<Item = &'static str> {
     HIDDEN.iter().map(|(_, name)| *name)
 }
 
+/// What a seed makes of a component: its force, and how it is measured.
+struct DrawnComponent {
+    hidden: HiddenForce,
+    /// Frequency of the slowest tone, Hz.
+    slowest: f64,
+    /// Size of the motion, m.
+    reach: f64,
+    /// That of its velocity, m/s.
+    speed: f64,
+    stiffness: f64,
+    damping: f64,
+    /// Size of what hides, N.
+    share: f64,
+    /// Of the load cell, N.
+    offset: f64,
+    /// Displacement of a contact, or until a hysteresis slips, m.
+    gap: f64,
+    /// Of a relaxing force, s.
+    time_constant: f64,
+    /// Of the force.
+    noise: Noise,
+    samples: usize,
+    interval: f64,
+}
+
+impl DrawnComponent {
+    /// Steps of the inner state in a sample.
+    const FINE: u32 = 20;
+
+    fn drawn(rng: &mut Pcg64, hidden: HiddenForce, noise: Option<Noise>) -> Self {
+        let slowest = 10f64.powf(rng.random_range(-1.0..1.0));
+        let reach = 10f64.powf(rng.random_range(-3.0..-1.0));
+        let speed = TAU * slowest * reach;
+        let size = 10f64.powf(rng.random_range(0.0..3.0));
+        let (stiffness, damping) =
+            (size / reach * rng.random_range(0.2..1.5), size / speed * rng.random_range(0.1..1.0));
+        let share = size * rng.random_range(0.3..0.8);
+        let offset = size * rng.random_range(-0.2..0.2);
+        let gap = reach * rng.random_range(0.2..0.5);
+        let time_constant = rng.random_range(0.2..1.0) / (TAU * slowest);
+        let drawn = rng.random_range(0.002..0.02);
+        let noise = noise.unwrap_or(Noise::ShareOfRms(drawn));
+        let samples = rng.random_range(2500..5000);
+        let interval = 1.0 / (slowest * rng.random_range(60.0..150.0));
+        Self {
+            hidden,
+            slowest,
+            reach,
+            speed,
+            stiffness,
+            damping,
+            share,
+            offset,
+            gap,
+            time_constant,
+            noise,
+            samples,
+            interval,
+        }
+    }
+
+    /// True if a voltage sets the size of what hides.
+    fn is_controlled(&self) -> bool {
+        matches!(self.hidden, HiddenForce::VoltageFriction | HiddenForce::VoltageDamping)
+    }
+
+    /// The force of displacement, velocity, voltage and the inner state, N.
+    fn force(&self, [x, v]: [f64; 2], voltage: f64, z: f64) -> f64 {
+        let Self { reach, speed, share, gap, .. } = *self;
+        let hidden = match self.hidden {
+            HiddenForce::Nothing => 0.0,
+            HiddenForce::Coulomb => share * v.signum(),
+            HiddenForce::Cubic => share * (x / reach).powi(3),
+            HiddenForce::Quadratic => share * (x / reach).powi(2),
+            HiddenForce::QuadraticDamping => share * v * v.abs() / (speed * speed),
+            HiddenForce::Clearance => 3.0 * share / reach * (x - x.clamp(-gap, gap)),
+            HiddenForce::Stop => 3.0 * share / reach * (x - gap).max(0.0),
+            HiddenForce::BoucWen => share / gap * z,
+            HiddenForce::Maxwell => 2.0 * share / reach * z,
+            HiddenForce::VoltageFriction => share * (0.3 + voltage) * v.signum(),
+            HiddenForce::VoltageDamping => share / speed * voltage * v,
+        };
+        self.stiffness * x + self.damping * v + self.offset + hidden
+    }
+
+    /// The rate of the inner state.
+    fn rate(&self, v: f64, z: f64) -> f64 {
+        match self.hidden {
+            HiddenForce::BoucWen => v - (v.abs() * z + 0.3 * v * f64::abs(z)) / self.gap,
+            HiddenForce::Maxwell => v - z / self.time_constant,
+            _ => 0.0,
+        }
+    }
+
+    /// The force along a motion; the inner state takes Heun's steps.
+    fn forces(&self, motion: &DrawnMotion, voltage: impl Fn(f64) -> f64) -> Vec<f64> {
+        let h = self.interval / f64::from(Self::FINE);
+        let rate = |t: f64, z: f64| self.rate(motion.at(t)[1], z);
+        let mut z = 0.0;
+        let mut forces = Vec::with_capacity(self.samples);
+        for k in 0..self.samples {
+            let t = k as f64 * self.interval;
+            forces.push(self.force(motion.at(t), voltage(t), z));
+            for i in 0..Self::FINE {
+                let t = t + f64::from(i) * h;
+                let (a, b) = (rate(t, z), rate(t + h, z + h * rate(t, z)));
+                z += 0.5 * h * (a + b);
+            }
+        }
+        forces
+    }
+
+    fn record(&self, rng: &mut Pcg64, name: &str, louder: f64) -> Record {
+        let motion = DrawnMotion::drawn(rng, self.slowest, louder * self.reach);
+        let voltage = DrawnMotion::drawn(rng, 0.4 * self.slowest, 1.0);
+        let u = |t: f64| 1.0 + voltage.at(t)[0];
+        let force = self.forces(&motion, u);
+        let mut noisy = |values: Vec<f64>, noise: Noise| -> Vec<f64> {
+            let deviation = noise.deviation(&values);
+            let mut moved = |v: f64| {
+                let deviate: f64 = StandardNormal.sample(rng);
+                v + deviation * deviate
+            };
+            values.into_iter().map(&mut moved).collect()
+        };
+        let times = || (0..self.samples).map(|k| k as f64 * self.interval);
+        let channel = |name: &str, unit: &str, role: Role, values: Vec<f64>| {
+            let (name, unit, values) = (name.into(), unit.into(), values.into());
+            Channel { name, unit, role, values, estimated: false }
+        };
+        let displacement = noisy(times().map(|t| motion.at(t)[0]).collect(), Noise::ShareOfRms(1e-4));
+        let velocity = noisy(times().map(|t| motion.at(t)[1]).collect(), Noise::ShareOfRms(1e-3));
+        let mut channels = vec![
+            channel("x", "m", Role::Displacement(0), displacement),
+            channel("v", "m/s", Role::Velocity(0), velocity),
+        ];
+        let controlled = self.is_controlled();
+        if controlled {
+            channels.push(channel("voltage", "V", Role::Input(0), times().map(u).collect()));
+        }
+        channels.push(channel("force", "N", Role::Input(usize::from(controlled)), noisy(force, self.noise)));
+        let (start, interval) = (0.0, self.interval);
+        Record { name: name.into(), source: None, start, interval, channels, notices: Vec::new() }
+    }
+}
+
 /// Two records of a drawn component, the second to be held out, and comments for the head of a file.
 ///
 /// # Errors
@@ -102,100 +248,11 @@ pub fn component_records(options: &ComponentOptions) -> Result<(Vec<Record>, Vec
     if noise.is_some_and(|n| !n.is_valid()) {
         return Err(RigError::BadOption { option: "noise", problem: "it is a finite number, zero or more".into() });
     }
-    let slowest = 10f64.powf(rng.random_range(-1.0..1.0));
-    let reach = 10f64.powf(rng.random_range(-3.0..-1.0));
-    let speed = TAU * slowest * reach;
-    let size = 10f64.powf(rng.random_range(0.0..3.0));
-    let (stiffness, damping) = (size / reach * rng.random_range(0.2..1.5), size / speed * rng.random_range(0.1..1.0));
-    let share = size * rng.random_range(0.3..0.8);
-    let offset = size * rng.random_range(-0.2..0.2);
-    let gap = reach * rng.random_range(0.2..0.5);
-    let time_constant = rng.random_range(0.2..1.0) / (TAU * slowest);
-    let drawn = rng.random_range(0.002..0.02);
-    let noise = noise.unwrap_or(Noise::ShareOfRms(drawn));
-    let samples = rng.random_range(2500..5000);
-    let interval = 1.0 / (slowest * rng.random_range(60.0..150.0));
-    let record = |rng: &mut Pcg64, name: &str, louder: f64| {
-        let motion = DrawnMotion::drawn(rng, slowest, louder * reach);
-        let voltage = DrawnMotion::drawn(rng, 0.4 * slowest, 1.0);
-        let u = |t: f64| 1.0 + voltage.at(t)[0];
-        let mut z = 0.0;
-        let fine = 20;
-        let rate = |t: f64, z: f64| {
-            let v = motion.at(t)[1];
-            match hidden {
-                HiddenForce::BoucWen => v - (v.abs() * z + 0.3 * v * f64::abs(z)) / gap,
-                HiddenForce::Maxwell => v - z / time_constant,
-                _ => 0.0,
-            }
-        };
-        let mut force = Vec::new();
-        for k in 0..samples {
-            let t = k as f64 * interval;
-            let [x, v] = motion.at(t);
-            force.push(
-                stiffness * x
-                    + damping * v
-                    + offset
-                    + match hidden {
-                        HiddenForce::Nothing => 0.0,
-                        HiddenForce::Coulomb => share * v.signum(),
-                        HiddenForce::Cubic => share * (x / reach).powi(3),
-                        HiddenForce::Quadratic => share * (x / reach).powi(2),
-                        HiddenForce::QuadraticDamping => share * v * v.abs() / (speed * speed),
-                        HiddenForce::Clearance => 3.0 * share / reach * (x - x.clamp(-gap, gap)),
-                        HiddenForce::Stop => 3.0 * share / reach * (x - gap).max(0.0),
-                        HiddenForce::BoucWen => share / gap * z,
-                        HiddenForce::Maxwell => 2.0 * share / reach * z,
-                        HiddenForce::VoltageFriction => share * (0.3 + u(t)) * v.signum(),
-                        HiddenForce::VoltageDamping => share / speed * u(t) * v,
-                    },
-            );
-            // Heun's steps of a twentieth of a sample.
-            let h = interval / f64::from(fine);
-            for i in 0..fine {
-                let t = t + f64::from(i) * h;
-                let (a, b) = (rate(t, z), rate(t + h, z + h * rate(t, z)));
-                z += 0.5 * h * (a + b);
-            }
-        }
-        let mut noisy = |values: Vec<f64>, noise: Noise| -> Vec<f64> {
-            let deviation = noise.deviation(&values);
-            let mut moved = |v: f64| {
-                let deviate: f64 = StandardNormal.sample(rng);
-                v + deviation * deviate
-            };
-            values.into_iter().map(&mut moved).collect()
-        };
-        let times = || (0..samples).map(|k| k as f64 * interval);
-        let channel = |name: &str, unit: &str, role: Role, values: Vec<f64>| {
-            let (name, unit, values) = (name.into(), unit.into(), values.into());
-            Channel { name, unit, role, values, estimated: false }
-        };
-        let mut channels = vec![
-            channel(
-                "x",
-                "m",
-                Role::Displacement(0),
-                noisy(times().map(|t| motion.at(t)[0]).collect(), Noise::ShareOfRms(1e-4)),
-            ),
-            channel(
-                "v",
-                "m/s",
-                Role::Velocity(0),
-                noisy(times().map(|t| motion.at(t)[1]).collect(), Noise::ShareOfRms(1e-3)),
-            ),
-        ];
-        let controlled = matches!(hidden, HiddenForce::VoltageFriction | HiddenForce::VoltageDamping);
-        if controlled {
-            channels.push(channel("voltage", "V", Role::Input(0), times().map(u).collect()));
-        }
-        channels.push(channel("force", "N", Role::Input(usize::from(controlled)), noisy(force, noise)));
-        Record { name: name.into(), source: None, start: 0.0, interval, channels, notices: Vec::new() }
-    };
-    let fitted = record(&mut rng, "first", 1.0);
+    let component = DrawnComponent::drawn(&mut rng, hidden, *noise);
+    let fitted = component.record(&mut rng, "first", 1.0);
     let louder = rng.random_range(0.8..1.2);
-    let held_out = record(&mut rng, "second", louder);
+    let held_out = component.record(&mut rng, "second", louder);
+    let DrawnComponent { stiffness, damping, offset, share, noise, .. } = component;
     let mut comments = vec![
         "Sindyscope's virtual rig, scenario component: force of a spring and a damper, and what hides beside them, along a given motion".to_owned(),
         format!("spring {stiffness:.6} N/m, damper {damping:.6} N s/m, offset of the load cell {offset:.6} N"),
