@@ -145,7 +145,7 @@ fn refuse_series(opening: &Opening, files: &mut Files) -> Result<(), OpeningProb
     if opening.read.is_some() {
         return Ok(());
     }
-    let table = paths.iter().find(|path| files.get(path).is_ok_and(|file| is_series_table(file.bytes())));
+    let table = paths.iter().find(|path| files.get(path).is_ok_and(|file| is_series_table(path, file.bytes())));
     let Some(table) = table else { return Ok(()) };
     let what = format!("{} is a table of many records, no measurement", file_name(table));
     let advice = "open it alone: it is shown as a series";

@@ -63,7 +63,7 @@ impl Purpose {
             Self::RoundRecords => "Save the round's records",
             Self::Rounds => "Export the rounds",
             Self::StreamRecord => "Keep the last seconds as a record (.csv)",
-            Self::Series => "Open a table that a batch wrote (.csv)",
+            Self::Series => "Open a table that a batch wrote (.csv, .parquet)",
             Self::Log => "Save the log of this session",
         }
     }

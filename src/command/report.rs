@@ -299,7 +299,7 @@ fn is_table(data: &[PathBuf]) -> bool {
     // The head is enough; measurements may be large.
     let mut head = Vec::new();
     let read = File::open(table).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    read.is_ok() && is_series_table(&head)
+    read.is_ok() && is_series_table(table, &head)
 }
 
 /// Writes the report of a table as a series.

@@ -34,6 +34,8 @@ mod guess;
 mod heading;
 mod options;
 mod overview;
+#[cfg(not(target_arch = "wasm32"))]
+mod parquet_table;
 mod positions;
 mod selection;
 mod set;
@@ -42,8 +44,6 @@ mod sheets;
 mod table;
 mod words;
 mod write;
-#[cfg(not(target_arch = "wasm32"))]
-mod write_table;
 
 pub use arriving::{ArrivedRow, ArrivingRows};
 pub use column::{FileColumn, FileContents, Flaw};
@@ -54,11 +54,11 @@ pub use format::{FileFormat, ReadColumns};
 pub use formats::FORMATS;
 pub use options::ReadOptions;
 pub use overview::{ColumnOverview, ColumnUse, Overview, TableOverview};
+#[cfg(not(target_arch = "wasm32"))]
+pub use parquet_table::{TableColumn, parquet_heads, read_parquet, write_parquet};
 pub use positions::{position_comments, positions_in};
 pub use set::{join, read_files, read_opened, read_set, read_text};
 pub use write::write_csv;
-#[cfg(not(target_arch = "wasm32"))]
-pub use write_table::{TableColumn, write_parquet};
 
 #[cfg(test)]
 mod tests;

@@ -20,7 +20,7 @@ pub(super) fn answer(purpose: Purpose, name: &str, frame: &eframe::Frame) -> Opt
             dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
         }
         Purpose::Effects => dialog.add_filter("TOML", &["toml"]).add_filter("All files", &["*"]),
-        Purpose::Series => dialog.add_filter("Table", &["csv"]).add_filter("All files", &["*"]),
+        Purpose::Series => dialog.add_filter("Table", &["csv", "parquet"]).add_filter("All files", &["*"]),
         Purpose::SaveEffects => dialog.add_filter("TOML", &["toml"]).set_file_name(name),
         Purpose::Log => dialog.add_filter("Log", &[PROJECT_ENDING]).set_file_name(name),
         Purpose::Project => dialog.add_filter("Project", &[PROJECT_ENDING]).set_file_name(name),

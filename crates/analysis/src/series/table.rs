@@ -36,12 +36,19 @@ pub(super) struct SeriesRow {
     pub(super) values: Vec<Option<(f64, Option<f64>)>>,
 }
 
-/// True if a file begins as the tables of a batch do: with the columns `record`, `status` and `error`, and with a parameter beside its
-/// standard error. A measurement does not.
-pub fn is_series_table(bytes: &[u8]) -> bool {
-    let end = bytes.iter().position(|b| *b == b'\n').unwrap_or(bytes.len());
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(&bytes[..end]);
-    let Some(Ok(heads)) = reader.records().next() else { return false };
+/// True if a file is a table as a batch writes them: with the columns `record`, `status` and `error`, and with a parameter beside its
+/// standard error. A measurement is not. `head` is what the file begins with, its first line whole.
+pub fn is_series_table(path: &Path, head: &[u8]) -> bool {
+    if head.starts_with(PARQUET) {
+        return heads_of_parquet(path).is_some_and(|heads| are_heads(&heads));
+    }
+    let end = head.iter().position(|b| *b == b'\n').unwrap_or(head.len());
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(&head[..end]);
+    reader.records().next().is_some_and(|heads| heads.is_ok_and(|heads| are_heads(&heads)))
+}
+
+/// True for the heads of a table that a batch wrote.
+fn are_heads(heads: &StringRecord) -> bool {
     let has = |name: &str| heads.iter().any(|head| head.trim() == name);
     let parameter = heads.iter().any(|head| head.trim().strip_suffix(ERROR).is_some_and(has));
     heads.get(0).is_some_and(|head| head.trim() == RECORD) && has(STATUS) && has(FAILURE) && parameter
@@ -55,17 +62,8 @@ impl SeriesTable {
     pub fn read(path: &Path) -> Result<Self, SeriesError> {
         let unread = |problem: String| SeriesError::Read { file: path.display().to_string(), problem };
         let bytes = sindyscope_system::fs::read(path).map_err(|e| unread(e.to_string()))?;
-        if bytes.starts_with(PARQUET) {
-            return Err(unread("it is a Parquet table, and a series is read from CSV".to_owned()));
-        }
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
-        let heads = reader.headers().map_err(|e| unread(e.to_string()))?.iter().map(str::to_owned).collect();
-        let mut lines = Vec::new();
-        for (k, line) in reader.records().enumerate() {
-            let line = line.map_err(|e| unread(e.to_string()))?;
-            lines.push((line.position().map_or(k + 2, |p| p.line() as usize), line));
-        }
-        let table = Self { path: path.to_owned(), heads, lines };
+        let (heads, lines) = if bytes.starts_with(PARQUET) { parquet(path) } else { lines(&bytes) }.map_err(unread)?;
+        let table = Self { path: path.to_owned(), heads: heads.iter().map(str::to_owned).collect(), lines };
         if table.parameters().next().is_none() {
             return Err(SeriesError::NoParameter(table.file()));
         }
@@ -159,6 +157,63 @@ impl SeriesTable {
     fn place(&self, name: &str) -> Option<usize> {
         self.heads.iter().position(|head| head == name)
     }
+}
+
+/// The heads of a table, and each line of it with its number, counted from 1.
+type TableLines = (StringRecord, Vec<(usize, StringRecord)>);
+
+fn lines(bytes: &[u8]) -> Result<TableLines, String> {
+    // Numbers of lines and cells in a person's words; what else can be wrong is the library's to say.
+    let said = |e: csv::Error| match (e.kind(), e.position()) {
+        (csv::ErrorKind::UnequalLengths { expected_len, len, .. }, Some(place)) => format!(
+            "line {} has {len} cells, the first line {expected_len}: complete the line or take it out",
+            place.line()
+        ),
+        (csv::ErrorKind::Utf8 { .. }, Some(place)) => {
+            format!("line {} is no UTF-8: save the table as UTF-8", place.line())
+        }
+        _ => e.to_string(),
+    };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let heads = reader.headers().map_err(said)?.clone();
+    let mut lines = Vec::new();
+    for (k, line) in reader.records().enumerate() {
+        let line = line.map_err(said)?;
+        lines.push((line.position().map_or(k + 2, |p| p.line() as usize), line));
+    }
+    Ok((heads, lines))
+}
+
+/// The same of a Parquet table, whose rows are counted as the lines of a CSV file are.
+#[cfg(not(target_arch = "wasm32"))]
+fn parquet(path: &Path) -> Result<TableLines, String> {
+    use sindyscope_files::TableColumn;
+
+    let columns = sindyscope_files::read_parquet(path)
+        .map_err(|e| format!("{e}: save it as CSV, or as Parquet without compression"))?;
+    let rows = columns.first().map_or(0, TableColumn::len);
+    let text = |column: &TableColumn, k: usize| match column {
+        // As many digits as bring the number back.
+        TableColumn::Numbers(_, cells) => cells[k].map_or_else(String::new, |v| v.to_string()),
+        TableColumn::Texts(_, cells) => cells[k].clone().unwrap_or_default(),
+    };
+    let line = |k: usize| (k + 2, columns.iter().map(|column| text(column, k)).collect());
+    Ok((columns.iter().map(TableColumn::name).collect(), (0..rows).map(line).collect()))
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn heads_of_parquet(path: &Path) -> Option<StringRecord> {
+    Some(StringRecord::from(sindyscope_files::parquet_heads(path).ok()?))
+}
+
+#[cfg(target_arch = "wasm32")]
+fn heads_of_parquet(_: &Path) -> Option<StringRecord> {
+    None
+}
+
+#[cfg(target_arch = "wasm32")]
+fn parquet(_: &Path) -> Result<TableLines, String> {
+    Err("it is a Parquet table, and a web page reads CSV only".to_owned())
 }
 
 fn cell(line: &StringRecord, at: usize) -> &str {

@@ -5,6 +5,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
 use super::*;
+use sindyscope_files::{TableColumn, write_parquet};
 
 fn read(text: &str, over: Option<&str>) -> Result<Series, SeriesError> {
     let folder = tempfile::tempdir().unwrap();
@@ -71,13 +72,40 @@ fn what_is_wrong_with_a_table_is_said_with_its_place() {
     let error = read(wrong, Some("height")).unwrap_err().to_string();
     assert!(error.contains("amplitude"), "{error}");
     assert!(matches!(read("a,b\n1,2\n", None), Err(SeriesError::NoParameter(_))));
+    let error = read("record,v: x,v: x std_error\na,2,0.1\nb,3\n", None).unwrap_err().to_string();
+    assert!(error.contains("line 3 has 2 cells, the first line 3"), "{error}");
+}
+
+#[test]
+fn a_table_is_the_same_series_as_parquet() {
+    let text = table(8, 0.8, 0.3, 2);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.parquet");
+    let mut lines = csv::Reader::from_reader(text.as_bytes());
+    let heads: Vec<String> = lines.headers().unwrap().iter().map(str::to_owned).collect();
+    let rows: Vec<csv::StringRecord> = lines.records().map(Result::unwrap).collect();
+    let column = |(k, head): (usize, &String)| {
+        let cells = || rows.iter().map(|row| row[k].to_owned()).map(|cell| Some(cell).filter(|c| !c.is_empty()));
+        match head.as_str() {
+            "record" | "status" | "error" => TableColumn::Texts(head.clone(), cells().collect()),
+            _ => TableColumn::Numbers(head.clone(), cells().map(|c| c.map(|c| c.parse().unwrap())).collect()),
+        }
+    };
+    let columns: Vec<TableColumn> = heads.iter().enumerate().map(column).collect();
+    write_parquet(&columns, &mut std::fs::File::create(&path).unwrap()).unwrap();
+    assert!(is_series_table(&path, b"PAR1"));
+    assert_eq!(series(&path, Some("temperature")).unwrap(), read(&text, Some("temperature")).unwrap());
+    std::fs::write(&path, b"PAR1 and nothing else").unwrap();
+    assert!(!is_series_table(&path, b"PAR1"));
+    assert!(series(&path, None).unwrap_err().to_string().contains("save it as CSV"));
 }
 
 #[test]
 fn the_table_of_a_batch_is_known_by_its_head_and_says_what_was_varied() {
-    assert!(is_series_table(b"record,temperature,status,error,train_rmse,v: x,v: x std_error\n"));
+    let nowhere = Path::new("table.csv");
+    assert!(is_series_table(nowhere, b"record,temperature,status,error,train_rmse,v: x,v: x std_error\n"));
     for other in ["t,x,u\n0,1,2\n", "record,t,x\na,0,1\n", "record,status,error,v: x\n", ""] {
-        assert!(!is_series_table(other.as_bytes()), "{other}");
+        assert!(!is_series_table(nowhere, other.as_bytes()), "{other}");
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.csv");

@@ -1,13 +1,17 @@
 //! Tables of results as Parquet: columns of numbers and of texts, each of which may lack cells.
 
+use std::fs::File;
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::record::Field;
 use parquet::schema::types::Type;
 
 /// A column of a table, with its name and a cell for each row; none: an empty cell.
@@ -20,17 +24,24 @@ pub enum TableColumn {
 }
 
 impl TableColumn {
-    fn name(&self) -> &str {
+    /// What it is called.
+    pub fn name(&self) -> &str {
         match self {
             Self::Numbers(name, _) | Self::Texts(name, _) => name,
         }
     }
 
-    fn len(&self) -> usize {
+    /// Number of its cells.
+    pub fn len(&self) -> usize {
         match self {
             Self::Numbers(_, cells) => cells.len(),
             Self::Texts(_, cells) => cells.len(),
         }
+    }
+
+    /// True without a cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     fn description(&self) -> Result<Type, ParquetError> {
@@ -95,13 +106,70 @@ fn put<T: DataType>(
     Ok(())
 }
 
+/// Reads a table of plain columns, as [`write_parquet`] and the usual programs write them: a column of numbers comes as numbers (whole
+/// ones too), any other as texts, what is null as an empty cell.
+///
+/// # Errors
+/// It cannot be read, is no Parquet, or is packed by a codec that is not known here.
+pub fn read_parquet(path: &Path) -> io::Result<Vec<TableColumn>> {
+    read(path).map_err(io::Error::other)
+}
+
+/// The names of a table's columns, without reading its cells.
+///
+/// # Errors
+/// It cannot be read, or is no Parquet.
+pub fn parquet_heads(path: &Path) -> io::Result<Vec<String>> {
+    let file = SerializedFileReader::new(File::open(path)?).map_err(io::Error::other)?;
+    Ok(file.metadata().file_metadata().schema().get_fields().iter().map(|field| field.name().to_owned()).collect())
+}
+
+fn read(path: &Path) -> Result<Vec<TableColumn>, ParquetError> {
+    let file = SerializedFileReader::new(File::open(path)?)?;
+    let fields = file.metadata().file_metadata().schema().get_fields().to_vec();
+    let mut columns: Vec<Vec<Field>> = vec![Vec::new(); fields.len()];
+    for row in file.get_row_iter(None)? {
+        for (column, (_, field)) in columns.iter_mut().zip(row?.get_column_iter()) {
+            column.push(field.clone());
+        }
+    }
+    let column = |(name, cells): (String, Vec<Field>)| {
+        let numbers: Option<Vec<Option<f64>>> = cells.iter().map(number).collect();
+        match numbers {
+            Some(numbers) => TableColumn::Numbers(name, numbers),
+            None => TableColumn::Texts(name, cells.iter().map(text).collect()),
+        }
+    };
+    Ok(fields.iter().map(|field| field.name().to_owned()).zip(columns).map(column).collect())
+}
+
+/// A cell as a number, empty where there is none; none if it is no number.
+fn number(cell: &Field) -> Option<Option<f64>> {
+    Some(match cell {
+        Field::Null => None,
+        Field::Double(v) => Some(*v),
+        Field::Float(v) => Some(f64::from(*v)),
+        Field::Int(v) => Some(f64::from(*v)),
+        Field::UInt(v) => Some(f64::from(*v)),
+        Field::Long(v) => Some(*v as f64),
+        Field::ULong(v) => Some(*v as f64),
+        _ => return None,
+    })
+}
+
+fn text(cell: &Field) -> Option<String> {
+    match cell {
+        Field::Null => None,
+        Field::Str(text) => Some(text.clone()),
+        other => Some(other.to_string()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
     use super::*;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::Field;
 
     #[test]
     fn numbers_come_back_to_the_bit_texts_as_they_are_and_empty_cells_empty() {
@@ -120,17 +188,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.parquet");
         std::fs::write(&path, bytes).unwrap();
-        let file = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
-        let rows: Vec<Vec<Field>> = file
-            .get_row_iter(None)
-            .unwrap()
-            .map(|row| row.unwrap().get_column_iter().map(|(_, field)| field.clone()).collect())
-            .collect();
-        assert_eq!(rows.len(), 4);
-        for (k, row) in rows.iter().enumerate() {
-            assert_eq!(row[0], numbers[k].map_or(Field::Null, Field::Double));
-            assert_eq!(row[1], texts[k].clone().map_or(Field::Null, Field::Str));
-        }
+        assert_eq!(read_parquet(&path).unwrap(), columns);
+        std::fs::write(&path, b"PAR1 and nothing else").unwrap();
+        assert!(read_parquet(&path).is_err());
     }
 
     #[test]
