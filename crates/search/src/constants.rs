@@ -11,6 +11,12 @@ use super::outcome::Lead;
 /// Effects of the largest set that is proposed at once, and that a model may lack besides.
 pub(super) const LARGEST_SET: usize = 3;
 
+/// Quantile of the resampled lead that must be positive, as the results tell it: two standard deviations of a normal law.
+pub(super) const QUANTILE: f64 = 0.023;
+/// Blocks that unseen data are cut into at least: the fewest n of which none alone, drawn n times with the probability n⁻ⁿ,
+/// reaches that quantile.
+const FEWEST_BLOCKS: f64 = 4.0;
+
 /// What a share may be, what a factor that is no less than one may be, and what has no other bound than zero.
 const SHARE: (f64, f64) = (0.0, 1.0);
 const FACTOR: (f64, f64) = (1.0, f64::INFINITY);
@@ -62,16 +68,6 @@ impl Scaled for usize {
     }
 }
 
-impl Scaled for [f64; 2] {
-    fn scaled(self, by: f64, bounds: (f64, f64)) -> Self {
-        self.map(|value| value.scaled(by, bounds))
-    }
-
-    fn text(self) -> String {
-        self.map(Scaled::text).join(", ")
-    }
-}
-
 /// The struct of all constants, their defaults, and the list of them that a study goes through.
 macro_rules! constants {
     ($($(#[doc = $meaning:literal])+ $name:ident: $kind:ty = $value:expr, $bounds:expr, $unit:literal, $set_by:literal;)+) => {
@@ -115,8 +111,6 @@ constants! {
     /// Times that lead that is asked for where the data are one steady tone: harmonics alone speak there, and they follow
     /// every form a little.
     lead_on_one_tone: f64 = 20.0, FACTOR, "times", "wrong names on single tones in the study of hidden effects";
-    /// Quantile of the resampled lead that must be positive.
-    quantile: f64 = 0.023, SHARE, "probability", "two standard deviations of a normal law";
     /// Degrees of freedom of Student's density: no single block may own the sum.
     student: f64 = 5.0, POSITIVE, "degrees of freedom", "the usual choice of robust regression";
     /// Ratio from which errors on unseen data are no longer alike. A block is scored by its own errors where they are that much
@@ -125,28 +119,17 @@ constants! {
     unseen_ratio: f64 = 1.5, FACTOR, "times", "a ratio that right names reach in 3 of 164 draws";
     /// Length of a block that a set predicts.
     block: f64 = 4.0, POSITIVE, "main periods", "blocks long enough for errors to grow, and short enough to be many";
-    /// Blocks that unseen data are cut into at least: of one, nothing is resampled.
-    fewest_blocks: f64 = 4.0, POSITIVE, "blocks", "the fewest whose resampled sums differ";
-    /// Share above the noise (RMS of the fitted records' residual) from which what is left matters.
+    /// Share above the noise (RMS of the fitted records' residual) from which what is left matters; half of it as a share of what
+    /// was found does too.
     matters_noises: f64 = 0.2, POSITIVE, "noises", "effects outside the catalogue that stay below are nobody's concern";
-    /// Share of what was found (RMS, noise taken off) from which what is left matters.
-    matters_share: f64 = 0.1, POSITIVE, "share", "what a person would still call explained";
     /// Share above the noise that a set which explains the data leaves at most on the data fitted; on those never fitted, twice
-    /// that.
+    /// that. An input's own noise and rounding, and what the noise's estimate is off by, come to as much.
     explains: f64 = 0.06, POSITIVE, "noises", "scatter of the residual of 1500 samples, and of the noise's own estimate";
     /// Probability of calling a gap where there is none.
     level: f64 = 1e-4, SHARE, "probability", "false alarms of the study of hidden effects";
-    /// The same where the sensor's steps are what is left: they are no chance, and repeat with the motion.
-    level_of_steps: f64 = 1e-11, SHARE, "probability", "false alarms with quantised sensors";
-    /// Share above the noise that a model with effects in it may leave: an input's own noise and rounding, and what the noise's
-    /// estimate is off by, come to that.
-    settled: f64 = 0.05, POSITIVE, "noises", "scatter of the noise's estimate";
-    /// Residual below which nothing is left that the sensor could have shown.
-    unseen_below: f64 = 0.5, POSITIVE, "noises", "what the estimate of the noise may be off by";
-    /// Residual from which there is a gap, whatever the tests say: correlated residuals may hide one from them.
+    /// Residual from which there is a gap, whatever the tests say: correlated residuals may hide one from them. As far below the
+    /// noise there is none: the sensor could not have shown it.
     loud: f64 = 2.0, POSITIVE, "noises", "correlated residuals of friction that sticks";
-    /// Hits of the screen that are asked for by name.
-    questions: usize = 12, POSITIVE, "questions", "each further one makes all others less significant";
     /// Times the difference between two courses of an input through its samples by which the true course may differ.
     between_samples: f64 = 6.0, POSITIVE, "times", "half of the virtual rig's closed loops leave no more";
     /// Standard deviations by which a joint's two forces contradict its springs.
@@ -154,45 +137,38 @@ constants! {
     /// Standard deviation of the ratio of a joint's two forces about that of its springs; springs of twice this share of those
     /// that hold each mass tell little of it.
     reciprocity: f64 = 0.05, POSITIVE, "share", "coupling by inertia";
-    /// Distance of the point that a spring holds the motion about from its middle, at most.
-    held_about: f64 = 3.0, POSITIVE, "standard deviations of the motion", "records about another zero than the file's";
 
     // --- proposing
 
-    /// Half width of a test function.
+    /// Half width of a test function. Beside sticks, which are shorter than one, there are narrower ones too.
     half_width: f64 = 0.35, POSITIVE, "main periods", "noise passes narrower ones, the motion is lost in wider ones";
-    /// Half widths beside sticks, which are shorter than a wide test function.
-    narrow_widths: [f64; 2] = [0.11, 0.2], POSITIVE, "main periods", "the spells of sliding between sticks";
     /// Rows of all records together at most.
     rows: usize = 4000, POSITIVE, "rows", "time: products of all columns";
     /// Blocks of rows that are left out in turn, about.
     blocks_left_out: usize = 10, FACTOR, "blocks", "ten-fold cross-validation";
     /// Least length of what is left out to judge the rest: such a block of rows, and a part of a single record.
     left_out_periods: f64 = 3.0, POSITIVE, "main periods", "its own initial state explains the first ones";
-    /// Least length of a spell of rest; gaps of half that are noise of the velocity.
+    /// Least length of a spell of rest. Gaps of half that are noise of the velocity, and as much is left out on either side of a
+    /// spell: there the mass is just caught or let go.
     rest: f64 = 0.08, POSITIVE, "main periods", "a smooth motion is as slow for a quarter of it";
     /// Least length of a spell on a surface that moves.
     carried: f64 = 0.2, POSITIVE, "main periods", "near its greatest speed a smooth motion stays longer";
-    /// What is left out on either side of a spell: there the mass is just caught or let go.
-    rest_margin: f64 = 0.03, POSITIVE, "main periods", "smoothing of the velocity";
     /// Speed below which a mass may stand still.
     still: f64 = 0.1, POSITIVE, "RMS velocities", "noise of the velocity";
-    /// Grid points of a form that enter pairs.
+    /// Grid points of a form that enter pairs; a third as many of those that are best beside a constant force, which moves the
+    /// place of a contact.
     grid_points: usize = 6, FACTOR, "points", "time: pairs grow with its square";
-    /// The same beside a constant force, which moves the place of a contact.
-    grid_points_loaded: usize = 2, POSITIVE, "points", "contacts under a load";
     /// Pairs that are tried with a third effect.
     pairs_extended: usize = 20, POSITIVE, "pairs", "time";
     /// Sets of each size about which the grid is made finer.
     zoomed: usize = 8, POSITIVE, "sets", "time";
-    /// Rounds of a finer grid about what the best sets hold.
-    zooms: usize = 2, POSITIVE, "rounds", "a ninth of the grid's step, from which a fit finds home";
     /// Share of the gain of the best set that it contains which a set must bring besides, to be proposed before it.
     crumb: f64 = 0.2, POSITIVE, "share", "time: fits of sets with an effect too many";
     /// A damper may push by this much beside a force that remembers.
     pushing: f64 = 0.02, POSITIVE, "natural frequencies", "noise of the acceleration that such a force holds";
     /// Sets of one effect that are proposed at most; of two, two thirds as many, of three a third. Of effects that are met most
-    /// often a third of each size are proposed besides: the best, and what the regression cannot tell from it.
+    /// often a third of each size are proposed besides: the best, and what the regression cannot tell from it. Twice as many single
+    /// effects are asked for by name where it is asked whether there is a gap.
     proposals: usize = 6, FACTOR, "sets", "time: each is fitted";
     /// Share of a frequency within which another is the same in a motion whose frequency changes with its amplitude.
     locked: f64 = 0.2, SHARE, "share", "decays of nonlinear springs";
@@ -208,13 +184,11 @@ constants! {
     close_gain: f64 = 0.05, SHARE, "share", "rivals that the regression cannot tell";
     /// Single effects that are fitted in any case, to be shown beside the one that explains the data.
     shown: usize = 2, POSITIVE, "effects", "what a person sees beside the name";
-    /// Times the least sum of squares from which a fit has lost: its damper's sign is not asked for.
-    hopeless: f64 = 4.0, FACTOR, "times", "time";
     /// Best sets of which every part is fitted too.
     sets_with_parts: usize = 2, FACTOR, "sets", "the winner, and what may become it";
     /// Rivals that are fitted once more from where the best set landed.
     fitted_again: usize = 3, POSITIVE, "sets", "time";
-    /// Times the best set's sum of squares from which a rival is too far behind for that.
+    /// Times the least sum of squares from which a fit has lost: its damper's sign is not asked for, and it is not fitted again.
     far_behind: f64 = 9.0, FACTOR, "times", "three times the error";
     /// Fitted samples up to which nothing is thinned.
     thinned_above: usize = 8000, FACTOR, "samples", "time";
@@ -242,6 +216,17 @@ impl Constants {
         (1.0 + self.explains, 1.0 + 2.0 * self.explains)
     }
 
+    /// Half widths of test functions, main periods, the widest first; the narrower ones are for what moves between sticks.
+    pub(super) fn half_widths(&self) -> [f64; 3] {
+        [self.half_width, self.half_width / 3.0_f64.sqrt(), self.half_width / 3.0]
+    }
+
+    /// Probability of calling a gap where there is none. Where the sensor's steps are what is left, they are no chance: they
+    /// repeat with the motion, and each of three times would have to be as unlikely.
+    pub(super) fn level_of(&self, stepped: bool) -> f64 {
+        if stepped { self.level.powi(3) } else { self.level }
+    }
+
     /// Rate at which a damper may push beside a force that remembers, 1/s, in a motion of a period, s.
     pub(super) fn pushing_rate(&self, period: f64) -> f64 {
         self.pushing * TAU / period
@@ -250,7 +235,7 @@ impl Constants {
     /// Length of a block, s, of unseen data of a length, s: where few periods are unseen, such that some blocks can be told
     /// from one.
     pub fn block_length(&self, period: f64, unseen: f64) -> f64 {
-        (self.block * period).min(unseen / self.fewest_blocks)
+        (self.block * period).min(unseen / FEWEST_BLOCKS)
     }
 
     /// True if a lead is enough to name what has it.

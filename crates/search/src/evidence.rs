@@ -94,7 +94,7 @@ impl Data {
                 (question, columns, 1.0)
             })
             .collect();
-        for hit in screened.hits.iter().take(self.constants.questions) {
+        for hit in screened.hits.iter().take(2 * self.constants.proposals) {
             if cancel.is_cancelled() {
                 return None;
             }
@@ -128,8 +128,8 @@ impl Data {
         let left = whitener.apply(&rest);
         let freedom = left.len().saturating_sub(all.columns().len()).max(1) as f64;
         let variance = dot(&left, &left) / freedom;
-        let total: f64 =
-            questions.iter().map(|q| q.2).sum::<f64>() + (forms.len().saturating_sub(self.constants.questions)) as f64;
+        let unasked = forms.len().saturating_sub(2 * self.constants.proposals);
+        let total: f64 = questions.iter().map(|q| q.2).sum::<f64>() + unasked as f64;
         let mut tests: Vec<Test> = questions
             .into_iter()
             .filter_map(|(question, columns, _)| {
@@ -160,15 +160,13 @@ impl Data {
         }
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
-        let constants = &self.constants;
-        let level = if self.stepped { constants.level_of_steps } else { constants.level };
+        let level = self.constants.level_of(self.stepped);
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
-        let motion = self.loudest();
-        let exact = fitted.refined.rmse() < (EXACT * motion).max(constants.unseen_below * self.noise);
+        let exact = fitted.refined.rmse() < (EXACT * self.loudest()).max(self.noise / self.constants.loud);
         // What would explain the rest bears no name.
-        let settled = 1.0 + constants.settled;
+        let (within, _) = self.constants.explaining();
         let settled =
-            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (settled, settled), cancel);
+            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (within, within), cancel);
         Some(Evidence {
             significant: p_value < level && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use super::constants::Constants;
+use super::constants::{Constants, QUANTILE};
 use super::data::{Data, Series};
 use super::effects::Form;
 use super::fit::Fitted;
@@ -74,7 +74,7 @@ impl Constants {
             won: differences.iter().filter(|d| **d > 0.0).count(),
             difference: sum,
             std_error: (n as f64 * variance).sqrt(),
-            quantile: sums.get((self.quantile * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
+            quantile: sums.get((QUANTILE * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
             against: against.to_owned(),
         }
     }

@@ -255,7 +255,7 @@ impl Search {
             dampers.into_iter().any(|(k, _)| parameters.coefficients[k] > 0.0)
         });
         let hopeless =
-            lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.hopeless * b.least());
+            lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.far_behind * b.least());
         if !composition.passive || !pushes || hopeless {
             return lifted;
         }

@@ -272,8 +272,9 @@ impl Search {
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();
         let found = (square(base.fit.0.as_ref().map_or(left, |f| f.error())) - square(left)).max(0.0);
-        let (noises, share) = (1.0 + self.data.constants.matters_noises, self.data.constants.matters_share);
-        left > noises * noise || square(left) > share * share * found && found > 0.0
+        let noises = self.data.constants.matters_noises;
+        let share = 0.5 * noises;
+        left > (1.0 + noises) * noise || square(left) > share * share * found && found > 0.0
     }
 
     /// The stages from the base to the last model, and the look that leads from each to the next: the effect without which the

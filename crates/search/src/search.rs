@@ -113,6 +113,8 @@ pub(super) enum Depth {
     Refitted,
 }
 
+/// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
+const HELD_ABOUT: f64 = 3.0;
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data: next to none, and as much.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
 
@@ -177,7 +179,7 @@ impl Search {
         let fitted = counted.fitted(&[], &Cancel::default()).ok()?;
         let point = fitted.parameters.inner.equilibrium.unwrap_or(0.0);
         let motion = counted.data.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
-        (point.abs() < self.data.constants.held_about * motion).then_some(counted)
+        (point.abs() < HELD_ABOUT * motion).then_some(counted)
     }
 
     /// What was done to the data and what they cannot show, one sentence each.

@@ -30,6 +30,9 @@ use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
+/// Rounds of a finer grid about what the best sets hold: each makes its step a third, and a ninth is near enough for a fit.
+const ZOOMS: usize = 2;
+
 /// A set of effects with the values that its fit starts from.
 #[derive(Clone, Debug)]
 pub(super) struct Proposal {
@@ -149,7 +152,7 @@ impl Data {
         }
         let gram = regression.gram();
         regression.note(&gram, &points, vec![chosen], &mut found);
-        for _ in 0..self.constants.zooms {
+        for _ in 0..ZOOMS {
             regression.zoom(&mut points, &mut found, 1);
         }
         let set = found.into_values().next().map(|(_, set)| set)?;
@@ -407,7 +410,7 @@ impl<'a> Regression<'a> {
         for form in 0..self.forms.len() {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
             let mut own: Vec<&Built> = Vec::new();
-            for (beside, count) in [(0, constants.grid_points), (1, constants.grid_points_loaded)] {
+            for (beside, count) in [(0, constants.grid_points), (1, constants.grid_points.div_ceil(3))] {
                 let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
                 sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
                 let further = sorted.into_iter().take(count);
@@ -525,7 +528,7 @@ impl<'a> Regression<'a> {
             }
         }
         self.note(&gram, points, thirds, &mut found);
-        for _ in 0..self.data.constants.zooms {
+        for _ in 0..ZOOMS {
             if !self.cancel.is_cancelled() {
                 self.zoom(points, &mut found, self.data.constants.zoomed);
             }

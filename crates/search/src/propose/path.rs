@@ -109,7 +109,7 @@ fn spells(near: &[bool], period: f64, least: f64, constants: &Constants) -> Vec<
         }
     }
     parts.retain(|p| p.len() as f64 >= (least * period).max(4.0));
-    let margin = (constants.rest_margin * period) as usize;
+    let margin = (gap * period) as usize;
     let mut out = vec![false; near.len()];
     for part in parts {
         out[part.start.saturating_sub(margin)..(part.end + margin).min(near.len())].fill(true);

@@ -13,15 +13,15 @@ use sindyscope_search::Constants;
 const SAME_STEPS: f64 = 0.05;
 
 fn quiet(effects: &str, excitation: ExcitationKind, seed: u64) -> Drawn {
-    hidden(effects, excitation, Instruments::white(0.01), 1500, seed)
+    hidden(effects, excitation, Instruments::white(0.01), 900, seed)
 }
 
 fn searches() -> Vec<Drawn> {
     vec![
-        quiet("coulomb_friction", ExcitationKind::Multisine, 1),
-        quiet("quadratic_damping", ExcitationKind::Decay, 4),
-        in_regime(Regime::Sticking, 4),
-        quiet("cubic_stiffness+coulomb_friction", ExcitationKind::Multisine, 3),
+        quiet("one_sided_stop", ExcitationKind::Multisine, 60),
+        quiet("quadratic_damping", ExcitationKind::Decay, 51),
+        in_regime(Regime::Sticking, 9),
+        quiet("unmeasured_harmonic_force+coulomb_friction", ExcitationKind::Multisine, 82),
         quiet("", ExcitationKind::SweepPair, 5),
         two_masses(0.3, 1),
     ]
