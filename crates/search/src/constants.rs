@@ -58,6 +58,16 @@ impl Scaled for f64 {
     }
 }
 
+impl Scaled for [f64; 2] {
+    fn scaled(self, by: f64, bounds: (f64, f64)) -> Self {
+        self.map(|value| value.scaled(by, bounds))
+    }
+
+    fn text(self) -> String {
+        self.map(Scaled::text).join(", ")
+    }
+}
+
 impl Scaled for usize {
     fn scaled(self, by: f64, bounds: (f64, f64)) -> Self {
         (self as f64).scaled(by, bounds).round() as Self
@@ -140,16 +150,18 @@ constants! {
 
     // --- proposing
 
-    /// Half width of a test function. Beside sticks, which are shorter than one, there are narrower ones too.
+    /// Half width of a test function.
     half_width: f64 = 0.35, POSITIVE, "main periods", "noise passes narrower ones, the motion is lost in wider ones";
+    /// Half widths beside sticks, between which what moves is shorter than a wide test function.
+    narrow_widths: [f64; 2] = [0.11, 0.2], POSITIVE, "main periods", "static friction in sticking motion, the study of hidden effects";
     /// Rows of all records together at most.
     rows: usize = 4000, POSITIVE, "rows", "time: products of all columns";
     /// Blocks of rows that are left out in turn, about.
     blocks_left_out: usize = 10, FACTOR, "blocks", "ten-fold cross-validation";
     /// Least length of what is left out to judge the rest: such a block of rows, and a part of a single record.
     left_out_periods: f64 = 3.0, POSITIVE, "main periods", "its own initial state explains the first ones";
-    /// Least length of a spell of rest. Gaps of half that are noise of the velocity, and as much is left out on either side of a
-    /// spell: there the mass is just caught or let go.
+    /// Least length of a spell of rest. Gaps of less than half that are noise of the velocity, and three eighths are left out on
+    /// either side of a spell, where the mass is just caught or let go.
     rest: f64 = 0.08, POSITIVE, "main periods", "a smooth motion is as slow for a quarter of it";
     /// Least length of a spell on a surface that moves.
     carried: f64 = 0.2, POSITIVE, "main periods", "near its greatest speed a smooth motion stays longer";
@@ -214,11 +226,6 @@ impl Constants {
     /// Times the noise that a set which explains the data leaves at most, on the data fitted and on those never fitted.
     pub(super) fn explaining(&self) -> (f64, f64) {
         (1.0 + self.explains, 1.0 + 2.0 * self.explains)
-    }
-
-    /// Half widths of test functions, main periods, the widest first; the narrower ones are for what moves between sticks.
-    pub(super) fn half_widths(&self) -> [f64; 3] {
-        [self.half_width, self.half_width / 3.0_f64.sqrt(), self.half_width / 3.0]
     }
 
     /// Probability of calling a gap where there is none. Where the sensor's steps are what is left, they are no chance: they

@@ -94,7 +94,7 @@ pub(in super::super) fn usual_speed(velocities: &[f64], still: f64) -> Option<f6
 /// Samples in spells of at least a share of the period, short gaps closed and the ends widened. None where they are rarer
 /// than chance makes them.
 fn spells(near: &[bool], period: f64, least: f64, constants: &Constants) -> Vec<bool> {
-    let gap = 0.5 * constants.rest;
+    let (gap, margin) = (0.5 * constants.rest * period, 0.375 * constants.rest * period);
     let mut parts: Vec<std::ops::Range<usize>> = Vec::new();
     let mut from = 0;
     for run in near.chunk_by(|a, b| a == b) {
@@ -104,12 +104,12 @@ fn spells(near: &[bool], period: f64, least: f64, constants: &Constants) -> Vec<
             continue;
         }
         match parts.last_mut() {
-            Some(last) if ((here.start - last.end) as f64) < gap * period => last.end = here.end,
+            Some(last) if ((here.start - last.end) as f64) < gap => last.end = here.end,
             _ => parts.push(here),
         }
     }
     parts.retain(|p| p.len() as f64 >= (least * period).max(4.0));
-    let margin = (gap * period) as usize;
+    let margin = margin as usize;
     let mut out = vec![false; near.len()];
     for part in parts {
         out[part.start.saturating_sub(margin)..(part.end + margin).min(near.len())].fill(true);

@@ -40,7 +40,7 @@ impl Rows {
     pub(super) fn new(data: &Data, paths: &[MeasuredPath]) -> Self {
         let fit = data.fit();
         let total: f64 = fit.iter().map(|s| s.len() as f64 * s.interval).sum();
-        let Constants { half_width, left_out_periods, blocks_left_out, rows: most, .. } = data.constants;
+        let Constants { half_width, narrow_widths, left_out_periods, blocks_left_out, rows: most, .. } = data.constants;
         let want = (left_out_periods * data.period).max(total / blocks_left_out as f64);
         let mut functions = Vec::new();
         let mut parts: Vec<Part> = Vec::new();
@@ -48,7 +48,7 @@ impl Rows {
         for (record, (s, measured)) in fit.iter().zip(paths).enumerate() {
             let period = data.period / s.interval;
             let sticks = measured.stuck.iter().flatten().any(|s| *s);
-            let shares = data.constants.half_widths().into_iter().take(if sticks { 3 } else { 1 });
+            let shares = std::iter::once(half_width).chain(narrow_widths.into_iter().filter(|_| sticks));
             let mut halves: Vec<usize> = shares
                 .map(|w| {
                     ((w * period) as usize).clamp(TestFunction::NARROWEST, (s.len() / 8).max(TestFunction::NARROWEST))
