@@ -5,7 +5,7 @@
 
 use sindyscope_core::signal::{rms, standard_deviation};
 use sindyscope_core::study::Cancel;
-use sindyscope_search::{BLOCK, LEAD, LEAST_BLOCKS, Lead, density, lead, student_scale};
+use sindyscope_search::{Constants, Lead};
 use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term, TermFamily};
@@ -18,10 +18,10 @@ use super::identify::check;
 use super::outcome::{ComponentModel, fits};
 use super::specimen::{RecordPath, Specimen};
 
-/// Standard errors that each amplitude of an effect lies from zero at least.
-const BORNE: f64 = 3.0;
-/// Noises from which what is left matters, as in the search for missing effects.
-const MATTERS_NOISES: f64 = 1.2;
+/// What the search for missing effects decides by.
+const CONSTANTS: Constants = Constants::DEFAULT;
+/// Noises from which what is left matters.
+const MATTERS_NOISES: f64 = 1.0 + CONSTANTS.matters_noises;
 /// The scale of Student's law with five degrees of freedom that normal errors of unit deviation are most likely under.
 const SCALE_OF_NORMAL: f64 = 0.8566;
 /// Error on data not fitted, over that with an effect, from which the effect matters where the noise is not reached.
@@ -227,7 +227,8 @@ impl ComponentSearch<'_> {
             let value = fitted.coefficients[k];
             let wrong = c.dissipates && value * self.fitter.specimen.polarity < 0.0;
             // Of an effect with a simpler one inside, the simpler one's part may be next to nothing.
-            let small = value.abs() < BORNE * fitted.errors[k] && (c.dissipates || form.coefficients.len() == 1);
+            let small = value.abs() < CONSTANTS.amplitude_errors * fitted.errors[k]
+                && (c.dissipates || form.coefficients.len() == 1);
             !(wrong || small)
         });
         amplitudes && fitted.inner[place].iter().zip(&form.inner).all(|(value, inner)| !at_bound(*value, inner.bounds))
@@ -240,8 +241,9 @@ impl ComponentSearch<'_> {
         present: &ComponentHypothesis,
         tried: Vec<(usize, ComponentHypothesis)>,
     ) -> Option<(ComponentHypothesis, ComponentRuling)> {
-        let beats =
-            |a: &ComponentHypothesis, b: &ComponentHypothesis| lead(&a.blocks, &b.blocks, "").is_more_than(LEAD);
+        let beats = |a: &ComponentHypothesis, b: &ComponentHypothesis| {
+            CONSTANTS.is_enough(&CONSTANTS.compared(&a.blocks, &b.blocks, ""))
+        };
         let sum = |h: &ComponentHypothesis| h.blocks.iter().sum::<f64>();
         let matters = |h: &ComponentHypothesis| {
             let noise = self.noise(&h.fitted) / self.fitter.specimen.scale;
@@ -283,7 +285,7 @@ impl ComponentSearch<'_> {
             }
         }
         let nearest = all.iter().find(|k| self.forms[tried[**k].0].effect != effect && !richer(**k) && !is_rival(**k));
-        let over = |h: &ComponentHypothesis, name: &str| lead(&tried[taken].1.blocks, &h.blocks, name);
+        let over = |h: &ComponentHypothesis, name: &str| CONSTANTS.compared(&tried[taken].1.blocks, &h.blocks, name);
         let lead = match nearest.filter(|k| sum(&tried[**k].1) > sum(present)) {
             Some(k) => over(&tried[*k].1, self.forms[tried[*k].0].effect),
             None => over(present, "nothing"),
@@ -427,23 +429,23 @@ impl ComponentFitter<'_> {
     /// which way dry friction points.
     pub(crate) fn deviation_unseen(&self, fitted: &FittedComponent) -> f64 {
         let all: Vec<f64> = self.rows.unseen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
-        student_scale(&all, 0) / SCALE_OF_NORMAL
+        CONSTANTS.student_scale(&all, 0) / SCALE_OF_NORMAL
     }
 
     /// Log predictive density of each block of the rows not fitted.
     pub(crate) fn densities(&self, fitted: &FittedComponent) -> Vec<f64> {
         let own: Vec<f64> = self.rows.seen.iter().flat_map(|r| fitted.residual[r.clone()].iter().copied()).collect();
-        let scale = student_scale(&own, fitted.unknowns()).max(1e-9 * self.specimen.scale);
+        let scale = CONSTANTS.student_scale(&own, fitted.unknowns()).max(1e-9 * self.specimen.scale);
         let intervals = self.specimen.paths.iter().map(|p| p.interval);
         let seconds: f64 = self.rows.unseen.iter().zip(intervals.clone()).map(|(r, dt)| r.len() as f64 * dt).sum();
-        let block = (BLOCK as f64 * self.specimen.period).min(seconds / LEAST_BLOCKS);
+        let block = CONSTANTS.block_length(self.specimen.period, seconds);
         let mut all = Vec::new();
         for (rows, interval) in self.rows.unseen.iter().zip(intervals).filter(|(r, _)| !r.is_empty()) {
             let n = rows.len();
             let count = ((n as f64 * interval / block).round() as usize).max(1);
             for k in 0..count {
                 let part = rows.start + k * n / count..rows.start + (k + 1) * n / count;
-                all.push(density(&fitted.residual[part], scale));
+                all.push(CONSTANTS.density(&fitted.residual[part], scale));
             }
         }
         all

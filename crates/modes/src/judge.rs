@@ -1,6 +1,9 @@
 //! Models held against each other on data that neither was fitted to, by the one rule of the search for missing effects.
 
-use sindyscope_search::{BLOCK, LEAD, LEAST_BLOCKS, Lead, density, lead, student_scale};
+use sindyscope_search::{Constants, Lead};
+
+/// What the search for missing effects decides by.
+const CONSTANTS: Constants = Constants::DEFAULT;
 
 /// What a model leaves, sensor by sensor, in units of the sensors' RMS.
 #[derive(Clone, Debug, Default)]
@@ -31,18 +34,19 @@ impl Residuals {
         let scales: Vec<f64> = (0..sensors)
             .map(|s| {
                 let all: Vec<f64> = self.fitted.iter().flat_map(|r| r[s].iter().copied()).collect();
-                student_scale(&all, self.unknowns / sensors.max(1)).max(1e-6)
+                CONSTANTS.student_scale(&all, self.unknowns / sensors.max(1)).max(1e-6)
             })
             .collect();
         let seconds: f64 = self.unseen.iter().zip(intervals).map(|(r, dt)| r[0].len() as f64 * dt).sum();
-        let block = (BLOCK as f64 * period).min(seconds / LEAST_BLOCKS);
+        let block = CONSTANTS.block_length(period, seconds);
         let mut all = Vec::new();
         for (record, interval) in self.unseen.iter().zip(intervals) {
             let n = record[0].len();
             let count = ((n as f64 * interval / block).round() as usize).max(1);
             for k in 0..count {
                 let range = k * n / count..(k + 1) * n / count;
-                all.push(record.iter().zip(&scales).map(|(s, scale)| density(&s[range.clone()], *scale)).sum());
+                let own = record.iter().zip(&scales);
+                all.push(own.map(|(s, scale)| CONSTANTS.density(&s[range.clone()], *scale)).sum());
             }
         }
         all
@@ -61,10 +65,10 @@ pub(crate) fn rms<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
 
 /// The comparison of two models' blocks.
 pub(crate) fn compared(first: &[f64], second: &[f64], against: &str) -> Lead {
-    lead(first, second, against)
+    CONSTANTS.compared(first, second, against)
 }
 
 /// True if the first model beats the second.
 pub(crate) fn beats(first: &[f64], second: &[f64]) -> bool {
-    compared(first, second, "").is_more_than(LEAD)
+    CONSTANTS.is_enough(&compared(first, second, ""))
 }

@@ -13,11 +13,7 @@ use sindyscope_core::signal::rms;
 use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
-/// The true course may differ from the one that was simulated by so many times as much as the other one does: a force that a
-/// control gives has corners where dry friction turns, and in half of the virtual rig's closed loops the true model leaves no
-/// more than that.
-const COURSES: f64 = 6.0;
-/// Points of the other course for each sample.
+/// Points of the other course for each sample, by which it is drawn smoothly enough.
 const FINER: usize = 4;
 
 impl Data {
@@ -41,7 +37,7 @@ impl Data {
         };
         let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
         let cancelled = || cancel.is_cancelled();
-        let options = FitOptions { driven, ..Self::options(&cancelled, 0, None) };
+        let options = FitOptions { driven, ..self.options(&cancelled, 0, None) };
         let refined = &fitted.refined;
         let Some(other) = respond(&fitted.composition, &runs, &refined.point, options) else { return 0.0 };
         let change = |((run, other), here): ((&Run, &Vec<f64>), &Vec<f64>)| -> Vec<f64> {
@@ -56,7 +52,8 @@ impl Data {
             basis.push(column);
         }
         basis.remove(&mut left);
-        COURSES * rms(&left)
+        // A force that a control gives has corners where dry friction turns: the true course may differ by more than this one.
+        self.constants.between_samples * rms(&left)
     }
 
     /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data

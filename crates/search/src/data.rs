@@ -2,6 +2,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::GapError;
+use super::constants::Constants;
+use super::effort::Counters;
+use super::search::Ask;
 use super::site::Placed;
 use super::structure::Composition;
 use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
@@ -56,6 +59,10 @@ pub(super) struct Data {
     pub(super) series: Vec<Series>,
     /// Number of fitted records.
     pub(super) fitted: usize,
+    /// What the search decides and budgets by.
+    pub(super) constants: Constants,
+    /// What it costs.
+    pub(super) counters: Arc<Counters>,
     /// Samples of a held-out record that its initial state is estimated from, and that its score leaves out.
     pub(super) initial: Option<usize>,
     /// Standard deviation of the first sensor's noise, without a model; of all weighted residuals that of their noise.
@@ -73,20 +80,19 @@ pub(super) struct Data {
     pub(super) notices: Vec<String>,
 }
 
-/// Fitted samples up to which nothing is thinned.
-const AMPLE: usize = 8_000;
-/// Samples a period of the fastest motion that thinning leaves.
+/// What thinning is: samples a period of the fastest motion that thinning leaves.
 const PER_PERIOD: f64 = 24.0;
 /// Share of the displacement's energy that lies below its "fastest motion".
 const BAND: f64 = 0.999;
-/// Steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has
+/// What a coarse sensor is: steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has
 /// a deviation of 0.29 of one.
 const COARSE: f64 = 2.0;
 /// Below this share of the motion a residual is the simulation's own arithmetic.
 pub(super) const LEAST_NOISE: f64 = 1e-6;
 
 impl Data {
-    pub(super) fn new(records: &RecordSet, initial: Option<usize>) -> Result<Self, GapError> {
+    pub(super) fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
+        let (initial, constants) = (ask.initial, &ask.constants);
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
         let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
@@ -103,7 +109,8 @@ impl Data {
         }
         let samples: usize = fit.iter().map(|r| r.len()).sum();
         let mut notices = Vec::new();
-        let stride = if samples > AMPLE { thinning(&fit).min(samples / (AMPLE / 2)) } else { 1 };
+        let ample = constants.thinned_above;
+        let stride = if samples > ample { thinning(&fit).min(samples / (ample / 2).max(1)) } else { 1 };
         let thinned: Vec<(Record, Usage)> = records
             .with(Usage::Fit)
             .map(|r| (r, Usage::Fit))
@@ -191,6 +198,8 @@ impl Data {
             weights,
             series,
             fitted,
+            constants: constants.clone(),
+            counters: Arc::default(),
             initial: initial.map(|n| n.div_ceil(stride)),
             noise,
             stepped: coarsest.is_some(),
@@ -274,7 +283,7 @@ fn says_nothing(input: &Channel) -> bool {
     input.unit.is_empty() && matches!(input.name.trim().to_lowercase().as_str(), "u" | "input" | "")
 }
 
-/// Share of its first third's RMS that a motion without input keeps to its last third, if something keeps it going.
+/// What a motion is that something keeps going: without input it keeps this share of its first third's RMS to its last third.
 const KEPT: f64 = 0.8;
 
 /// True if some motion does not die away in the course of its record.
@@ -291,7 +300,7 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
     })
 }
 
-/// Periods that a motion must last for its decay to be judged.
+/// Periods that a motion must last for that to be told.
 const PERIODS: f64 = 5.0;
 
 /// Noise of the sensor of a mass over several records.

@@ -8,17 +8,16 @@ use std::sync::Arc;
 use super::effects::DESCRIPTION;
 use super::error::GapError;
 use super::fit::Fitted;
-use super::judge::{Hypothesis, lead};
+use super::judge::Hypothesis;
 use super::outcome::{Description, Finding, Stage};
 use super::progress::Progress;
-use super::rule::EXPLAINS;
 use super::ruling::Tried;
 use super::search::{Depth, Keep, Listener, Search};
 use super::words::described;
 use sindyscope_core::refine::Bar;
 use sindyscope_core::study::Cancel;
 
-/// Terms of a formula at most.
+/// What a formula is: so many terms at most.
 const MOST_TERMS: usize = 3;
 
 impl Search {
@@ -65,7 +64,8 @@ impl Search {
         let names: Vec<String> = tried.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let alike = tried.ruling.rivals.iter().map(|k| terms_of(&tried.sets[*k])).filter(|terms| !terms.is_empty());
-        let (lead, alternatives) = (lead(&winner.blocks, &nearest.blocks, &against), alike.collect());
+        let lead = self.data.constants.compared(&winner.blocks, &nearest.blocks, &against);
+        let alternatives = alike.collect();
         let fitted = Arc::clone(&winner.fitted);
         let stage = Arc::new(self.show(&fitted));
         let closes = !self.matters(base, &fitted, cancel)
@@ -116,7 +116,8 @@ impl Search {
                 continue;
             }
             if let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel) {
-                if set.unborne.is_none() && data.is_within(&set.fitted, data.noise, EXPLAINS, cancel) {
+                let explaining = data.constants.explaining();
+                if set.unborne.is_none() && data.is_within(&set.fitted, data.noise, explaining, cancel) {
                     *enough = (*enough).min(set.forms.len());
                 }
                 tried.sets.push(set);

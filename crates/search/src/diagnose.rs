@@ -14,9 +14,6 @@ use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
 
-/// Standard deviations by which a joint's two forces contradict its springs.
-const CONTRADICTED: f64 = 4.0;
-
 impl Search {
     /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
     /// looked at yet.
@@ -123,9 +120,10 @@ impl Search {
 
     /// The effects in joints whose two forces stand in another ratio than the springs of those joints.
     pub(super) fn contradictions<'f>(&self, fitted: &'f Fitted) -> Vec<&'f Form> {
+        let most = self.data.constants.contradicted;
         let pairs = fitted.composition.reciprocity(&fitted.parameters).into_iter();
         let mut contradicted: Vec<usize> =
-            pairs.filter(|(_, deviations)| deviations.abs() > CONTRADICTED).map(|(k, _)| k).collect();
+            pairs.filter(|(_, deviations)| deviations.abs() > most).map(|(k, _)| k).collect();
         contradicted.dedup();
         contradicted.into_iter().map(|k| &fitted.composition.forms[k]).collect()
     }

@@ -18,24 +18,10 @@ use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
-/// Level of the search: the probability of calling a gap where there is none.
-pub const LEVEL: f64 = 1e-4;
-/// The same where the sensor's steps are what is left: they are no chance, and repeat with the motion.
-const LEVEL_OF_STEPS: f64 = 1e-11;
-
-/// Residual, as a share of the motion, below which a fit is exact.
+/// Residual, as a share of the motion, below which a fit is exact but for the simulation's own arithmetic.
 const EXACT: f64 = 3e-6;
-/// Times the noise that a model with effects in it may leave: an input's own noise and rounding, and what the noise's estimate
-/// is off by, come to that, and what would explain it bears no name.
-const SETTLED: f64 = 1.05;
-/// Residual, as a share of the noise, below which nothing is left that the sensor could have shown.
-const BELOW: f64 = 0.5;
-
-/// Order of the autoregression that describes the residual's colour.
+/// Order of the autoregression that describes the residual's colour, as its smooth spectrum needs it.
 const ORDER: usize = 6;
-
-/// Hits of the screen that are asked for by name.
-const NAMED: usize = 12;
 
 /// The residual's colour, whitened away.
 pub(super) struct Whitener {
@@ -108,7 +94,7 @@ impl Data {
                 (question, columns, 1.0)
             })
             .collect();
-        for hit in screened.hits.iter().take(NAMED) {
+        for hit in screened.hits.iter().take(2 * self.constants.proposals) {
             if cancel.is_cancelled() {
                 return None;
             }
@@ -142,7 +128,8 @@ impl Data {
         let left = whitener.apply(&rest);
         let freedom = left.len().saturating_sub(all.columns().len()).max(1) as f64;
         let variance = dot(&left, &left) / freedom;
-        let total: f64 = questions.iter().map(|q| q.2).sum::<f64>() + (forms.len().saturating_sub(NAMED)) as f64;
+        let unasked = forms.len().saturating_sub(2 * self.constants.proposals);
+        let total: f64 = questions.iter().map(|q| q.2).sum::<f64>() + unasked as f64;
         let mut tests: Vec<Test> = questions
             .into_iter()
             .filter_map(|(question, columns, _)| {
@@ -173,12 +160,13 @@ impl Data {
         }
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
-        let level = if self.stepped { LEVEL_OF_STEPS } else { LEVEL };
+        let level = self.constants.level_of(self.stepped);
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
-        let motion = self.loudest();
-        let exact = fitted.refined.rmse() < (EXACT * motion).max(BELOW * self.noise);
+        let exact = fitted.refined.rmse() < (EXACT * self.loudest()).max(self.noise / self.constants.loud);
+        // What would explain the rest bears no name.
+        let (within, _) = self.constants.explaining();
         let settled =
-            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (SETTLED, SETTLED), cancel);
+            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (within, within), cancel);
         Some(Evidence {
             significant: p_value < level && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },

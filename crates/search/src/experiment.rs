@@ -12,7 +12,7 @@ use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
 use sindyscope_values::term::Symbol;
 
-/// Periods of a proposed record, and samples in one.
+/// What is proposed: periods of a record, and samples in one.
 const PERIODS: f64 = 24.0;
 const SAMPLES: f64 = 40.0;
 /// Noises by which two models must differ for an experiment to be proposed.
@@ -142,7 +142,7 @@ impl Data {
                 driven: false,
                 steps: 6,
                 effort: usize::MAX,
-                meter: None,
+                meter: Some(&self.counters.steps),
                 bar: None,
                 cancelled: &cancelled,
             };

@@ -138,20 +138,12 @@ pub(super) fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
     })
 }
 
-/// Steps of a refinement from a good start, and at most.
-pub(super) const STEPS: usize = 24;
-pub(super) const FEW_STEPS: usize = 8;
-/// Integration steps that one of several candidates may take: about half a second.
-const EFFORT: usize = 800_000;
-/// A held-out record that is left with so many times the error of the fitted ones may have been begun wrongly.
-const ASTRAY: f64 = 1.5;
 /// Least width of a secant, as a share of the motion's RMS.
 const SECANT: f64 = 1e-3;
 /// Parts of a single record that judge a fit to the rest, as shares of its length: in a decay or a sweep its beginning, its
 /// middle and its end each tell what the others cannot.
 const LEFT_OUT: [(f64, f64); 2] = [(0.2, 0.35), (0.65, 0.8)];
-/// Periods that such a part lasts at least, for its own initial state explains the first ones; a shorter record's end judges.
-const LASTING: f64 = 3.0;
+/// The part of a record that is too short for those: its end judges.
 const LEFT_OUT_AT_END: [(f64, f64); 1] = [(0.7, 1.0)];
 
 /// The derivative of a term, where it is a constant.
@@ -179,12 +171,13 @@ pub(super) struct Wanted {
 
 impl Data {
     pub(super) fn options<'a>(
+        &'a self,
         cancelled: &'a (dyn Fn() -> bool + Sync),
         steps: usize,
         bar: Option<&'a Bar>,
     ) -> FitOptions<'a> {
-        let effort = if bar.is_some() { EFFORT } else { usize::MAX };
-        FitOptions { frozen: false, driven: false, steps, effort, meter: None, bar, cancelled }
+        let effort = if bar.is_some() { self.constants.effort } else { usize::MAX };
+        FitOptions { frozen: false, driven: false, steps, effort, meter: Some(&self.counters.steps), bar, cancelled }
     }
 
     /// What a fit up to a level is to reach.
@@ -211,7 +204,7 @@ impl Data {
     /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
     pub(super) fn left_out(&self, duration: f64) -> &'static [(f64, f64)] {
         let shortest = LEFT_OUT.iter().map(|(from, to)| (to - from) * duration).fold(f64::INFINITY, f64::min);
-        if shortest < LASTING * self.period { &LEFT_OUT_AT_END } else { &LEFT_OUT }
+        if shortest < self.constants.left_out_periods * self.period { &LEFT_OUT_AT_END } else { &LEFT_OUT }
     }
 
     /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
@@ -257,18 +250,19 @@ impl Data {
         let cancelled = || cancel.is_cancelled();
         let Wanted { level, period, error } = wanted;
         let goal = self.followed_to(wanted, &cancelled);
-        let direct = shoot(composition, records, (shared, None), level, goal, FEW_STEPS);
+        let (steps, astray) = (self.constants.few_steps(), self.constants.unseen_ratio * error);
+        let direct = shoot(composition, records, (shared, None), level, goal, steps);
         let top = levels(records, period);
-        let near = direct.as_ref().is_some_and(|d| d.error() < ASTRAY * error);
+        let near = direct.as_ref().is_some_and(|d| d.error() < astray);
         if near || top == 0 || level == 0 {
             return direct;
         }
         // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
-        let first = shoot(composition, records, (shared, None), 0, goal, FEW_STEPS)?;
+        let first = shoot(composition, records, (shared, None), 0, goal, steps)?;
         let longest = climb(composition, records, first, goal).into_iter().next_back();
         // A chaotic motion that is not one of the fitted records may be followed less far than those.
         let chaotic = direct.as_ref().is_some_and(Landed::is_sensitive);
-        let reached = longest.filter(|l| l.level >= level.min(top) || chaotic && l.error() < ASTRAY * error);
+        let reached = longest.filter(|l| l.level >= level.min(top) || chaotic && l.error() < astray);
         match (direct, reached) {
             (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
             (a, b) => a.or(b),
@@ -276,9 +270,10 @@ impl Data {
     }
 
     /// What a fit of initial states alone is to reach, over segments of a level.
-    pub(super) fn followed_to<'a>(&self, wanted: Wanted, cancelled: &'a (dyn Fn() -> bool + Sync)) -> Goal<'a> {
+    pub(super) fn followed_to<'a>(&'a self, wanted: Wanted, cancelled: &'a (dyn Fn() -> bool + Sync)) -> Goal<'a> {
         let Wanted { level, period, error } = wanted;
-        let options = FitOptions { frozen: true, effort: EFFORT, ..Self::options(cancelled, FEW_STEPS, None) };
+        let (steps, effort) = (self.constants.few_steps(), self.constants.effort);
+        let options = FitOptions { frozen: true, effort, ..self.options(cancelled, steps, None) };
         Goal { period, noise: error.max(self.noise), ..self.goal(level, options) }
     }
 
@@ -325,9 +320,10 @@ impl Data {
             }
             held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
         }
+        let steps = self.constants.few_steps();
         for (train, test) in self.folds() {
-            let goal = Goal { period, ..self.goal(level, Self::options(&cancelled, FEW_STEPS, None)) };
-            let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, FEW_STEPS);
+            let goal = Goal { period, ..self.goal(level, self.options(&cancelled, steps, None)) };
+            let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, steps);
             let found = again
                 .as_ref()
                 .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, cancel));
@@ -381,7 +377,8 @@ impl Data {
         cancel: &Cancel,
     ) -> (Followed, Option<Fold>) {
         let cancelled = || cancel.is_cancelled();
-        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, None) };
+        let steps = self.constants.few_steps();
+        let frozen = FitOptions { frozen: true, driven: true, ..self.options(&cancelled, steps, None) };
         let run = Run { record: 0, ..s.run() };
         let opening = [run.part(0..initial)];
         let start = Point::new(composition, &opening, shared.to_vec(), true);

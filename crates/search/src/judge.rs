@@ -3,7 +3,7 @@
 //! Each set of effects predicts blocks of data that its fit did not see, each from a state estimated over the period before.
 //! A block's error is scored by Student's log density (no block may own the sum) with a scale that the set learnt on its own
 //! fitted blocks: a model that is wrong knows it by its scale. Of two sets the differences of the blocks are paired; one beats
-//! the other where their sum is more than [`LEAD`] and stays positive over resampled blocks.
+//! the other where their sum is more than [`Constants::lead`] and stays positive over resampled blocks.
 //!
 //! Sources: A. Vehtari, A. Gelman, J. Gabry, Statistics and Computing 27 (2017) 1413; P.-C. Bürkner, J. Gabry, A. Vehtari, J. Stat.
 //! Comput. Simul. 90 (2020) 2499 (leaving out the future).
@@ -13,19 +13,21 @@ use std::sync::Arc;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
+use super::constants::{Constants, QUANTILE};
 use super::data::{Data, Series};
 use super::effects::Form;
-use super::fit::{FEW_STEPS, Fitted};
+use super::fit::Fitted;
 use super::outcome::Lead;
-use super::rule::{BLOCK, LEAD, LEAST_BLOCKS, QUANTILE, RESAMPLED, STUDENT, SURPRISED};
 use super::structure::Composition;
 use sindyscope_core::refine::{FitOptions, Point, Run, refine, respond};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::study::Cancel;
 
-/// Rounds of the scale's fixed point; it gains a digit in five.
+/// Resampled sums that a quantile is taken from, a matter of digits.
+const RESAMPLED: usize = 400;
+/// Rounds of the scale's fixed point, a matter of digits: it gains one in five.
 const SCALE_ROUNDS: usize = 40;
-/// An error that is not finite counts as so many times the motion.
+/// An error that is not finite counts as so many times the motion; any large number will do.
 const LOST: f64 = 1e3;
 
 /// A set of effects, fitted to its end and held against blocks that it did not see.
@@ -55,32 +57,59 @@ pub(super) struct Ruling {
     pub(super) rivals: Vec<usize>,
 }
 
-/// The comparison of two sets by the log densities of the same blocks; `against` names the second.
-pub fn lead(first: &[f64], second: &[f64], against: &str) -> Lead {
-    let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
-    let n = differences.len();
-    let sum: f64 = differences.iter().sum();
-    let mean = sum / n.max(1) as f64;
-    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
-    let mut draws = Pcg64::seed_from_u64(0);
-    let mut sums: Vec<f64> =
-        (0..RESAMPLED).map(|_| (0..n).map(|_| differences[draws.random_range(0..n)]).sum()).collect();
-    sums.sort_by(f64::total_cmp);
-    Lead {
-        blocks: n,
-        won: differences.iter().filter(|d| **d > 0.0).count(),
-        difference: sum,
-        std_error: (n as f64 * variance).sqrt(),
-        quantile: sums.get((QUANTILE * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
-        against: against.to_owned(),
-        titles: Vec::new(),
-        each: differences,
+impl Constants {
+    /// The comparison of two sets by the log densities of the same blocks; `against` names the second.
+    pub fn compared(&self, first: &[f64], second: &[f64], against: &str) -> Lead {
+        let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+        let n = differences.len();
+        let sum: f64 = differences.iter().sum();
+        let mean = sum / n.max(1) as f64;
+        let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
+        let mut draws = Pcg64::seed_from_u64(0);
+        let mut sums: Vec<f64> =
+            (0..RESAMPLED).map(|_| (0..n).map(|_| differences[draws.random_range(0..n)]).sum()).collect();
+        sums.sort_by(f64::total_cmp);
+        Lead {
+            blocks: n,
+            won: differences.iter().filter(|d| **d > 0.0).count(),
+            difference: sum,
+            std_error: (n as f64 * variance).sqrt(),
+            quantile: sums.get((QUANTILE * RESAMPLED as f64) as usize).copied().unwrap_or(0.0),
+            against: against.to_owned(),
+            titles: Vec::new(),
+            each: differences,
+        }
     }
-}
 
-/// True if one set beats another; `least` is the sum that it must lead by.
-pub(super) fn beats(first: &Hypothesis, second: &Hypothesis, least: f64) -> bool {
-    lead(&first.blocks, &second.blocks, "").is_more_than(least)
+    /// True if one set beats another; `least` is the sum that it must lead by.
+    pub(super) fn beats(&self, first: &Hypothesis, second: &Hypothesis, least: f64) -> bool {
+        self.compared(&first.blocks, &second.blocks, "").is_more_than(least)
+    }
+
+    /// The sum that a set must lead another by that it is more than.
+    pub(super) fn least_lead(&self, single_tone: bool) -> f64 {
+        if single_tone { self.lead_on_one_tone * self.lead } else { self.lead }
+    }
+
+    /// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
+    pub fn student_scale(&self, errors: &[f64], taken: usize) -> f64 {
+        let n = errors.len().max(1) as f64;
+        let mut square = dot(errors, errors) / n;
+        for _ in 0..SCALE_ROUNDS {
+            let weighed = |e: &f64| (self.student + 1.0) * e * e / (self.student + e * e / square);
+            square = errors.iter().map(weighed).sum::<f64>() / n;
+        }
+        (square * n / (n - taken as f64).max(1.0)).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// Log density of a block's errors under Student's law of a scale, without its constant. A block that is far worse than the
+    /// fitted ones is scored by its own errors' size: a set that errs less must not lose for having been surer.
+    pub fn density(&self, errors: &[f64], scale: f64) -> f64 {
+        let half = 0.5 * (self.student + 1.0);
+        let scale = scale.max(rms(errors) / self.unseen_ratio);
+        let of = |e: &f64| -half * (e / scale).powi(2).min(1e12).mul_add(self.student.recip(), 1.0).ln() - scale.ln();
+        errors.iter().map(of).sum()
+    }
 }
 
 impl Lead {
@@ -115,7 +144,13 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
 
 /// Decides between sets. `present` is a set that each must contain. `least` is the sum that a set must lead those by that it
 /// is more than, `far` that by which it must lead those of another kind.
-pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], present: &[usize], (least, far): (f64, f64)) -> Ruling {
+pub(super) fn judge(
+    constants: &Constants,
+    sets: &[Hypothesis],
+    forms: &[Form],
+    present: &[usize],
+    (least, far): (f64, f64),
+) -> Ruling {
     let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
     let stands = |k: usize| {
         let set = &sets[k];
@@ -123,7 +158,7 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], present: &[usize], (lea
             && set.unborne.is_none()
             && sets.iter().all(|other| {
                 let asked = if other.forms.len() < set.forms.len() { least } else { far };
-                !contains(&set.forms, &other.forms, forms) || beats(set, other, asked)
+                !contains(&set.forms, &other.forms, forms) || constants.beats(set, other, asked)
             })
     };
     let standing: Vec<usize> = (0..sets.len()).filter(|k| stands(*k)).collect();
@@ -138,7 +173,7 @@ pub(super) fn judge(sets: &[Hypothesis], forms: &[Form], present: &[usize], (lea
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && !beats(&sets[first], rival, far)
+            && !constants.beats(&sets[first], rival, far)
     });
     let mut near: Vec<usize> = rivals.collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest.
@@ -176,7 +211,7 @@ impl Data {
             let records: Vec<Run> = self.held_out().iter().map(|s| Run { record: 0, ..s.run() }).collect();
             of(shared, &records)
         };
-        unseen.iter().map(|errors| density(errors, scale)).collect()
+        unseen.iter().map(|errors| self.constants.density(errors, scale)).collect()
     }
 
     /// Samples that no fit sees.
@@ -190,7 +225,7 @@ impl Data {
         let seconds = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).sum::<f64>();
         let held_out: Vec<Run> = self.held_out().iter().map(Series::run).collect();
         let unseen = seconds(&held_out) + self.folds().iter().map(|(_, test)| seconds(test)).sum::<f64>();
-        (BLOCK as f64 * self.period).min(unseen / LEAST_BLOCKS)
+        self.constants.block_length(self.period, unseen)
     }
 
     /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over the period
@@ -205,7 +240,8 @@ impl Data {
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
-        let frozen = FitOptions { frozen: true, driven: true, ..Self::options(&cancelled, FEW_STEPS, None) };
+        let steps = self.constants.few_steps();
+        let frozen = FitOptions { frozen: true, driven: true, ..self.options(&cancelled, steps, None) };
         let part = |range: std::ops::Range<usize>| Run { record: 0, ..record.part(range) };
         let attempt = |spans: &[(usize, usize)]| -> Option<Vec<Vec<f64>>> {
             let before: Vec<Run> = spans.iter().map(|(a, _)| part(a - period..*a)).collect();
@@ -238,32 +274,8 @@ impl Data {
 
     /// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
     fn scale(&self, errors: &[f64], taken: usize) -> f64 {
-        student_scale(errors, taken).max(1e-6 * self.loudest())
+        self.constants.student_scale(errors, taken).max(1e-6 * self.loudest())
     }
-}
-
-/// The scale of Student's law that errors are most likely under; `taken` values were fitted to them.
-pub fn student_scale(errors: &[f64], taken: usize) -> f64 {
-    let n = errors.len().max(1) as f64;
-    let mut square = dot(errors, errors) / n;
-    for _ in 0..SCALE_ROUNDS {
-        square = errors.iter().map(|e| (STUDENT + 1.0) * e * e / (STUDENT + e * e / square)).sum::<f64>() / n;
-    }
-    (square * n / (n - taken as f64).max(1.0)).sqrt().max(f64::MIN_POSITIVE)
-}
-
-/// Log density of a block's errors under Student's law of a scale, without its constant. A block that is far worse than the
-/// fitted ones is scored by its own errors' size: a set that errs less must not lose for having been surer.
-pub fn density(errors: &[f64], scale: f64) -> f64 {
-    let half = 0.5 * (STUDENT + 1.0);
-    let scale = scale.max(rms(errors) / SURPRISED);
-    errors.iter().map(|e| -half * (e / scale).powi(2).min(1e12).mul_add(STUDENT.recip(), 1.0).ln() - scale.ln()).sum()
-}
-
-/// True if a larger lead than usual is asked for.
-pub(super) fn least_lead(single_tone: bool) -> f64 {
-    // Harmonics alone speak on one steady tone, and they follow every form a little.
-    if single_tone { 20.0 * LEAD } else { LEAD }
 }
 
 #[cfg(test)]
@@ -273,8 +285,8 @@ mod tests {
     #[test]
     fn one_block_does_not_make_a_lead() {
         let [calm, one] = [vec![0.0; 6], vec![60.0, -1.0, -1.0, -1.0, -1.0, -1.0]];
-        let lead = lead(&one, &calm, "");
+        let lead = Constants::DEFAULT.compared(&one, &calm, "");
         assert_eq!((lead.blocks, lead.won), (6, 1));
-        assert!(lead.difference > LEAD && lead.quantile < 0.0);
+        assert!(lead.difference > Constants::DEFAULT.lead && !Constants::DEFAULT.is_enough(&lead));
     }
 }

@@ -27,10 +27,12 @@
 mod audit;
 mod between;
 mod columns;
+mod constants;
 mod data;
 mod describe;
 mod diagnose;
 mod effects;
+mod effort;
 mod error;
 mod evidence;
 mod experiment;
@@ -48,7 +50,6 @@ mod propose;
 mod records;
 mod reorder;
 mod restore;
-mod rule;
 mod ruling;
 mod screen;
 mod search;
@@ -60,13 +61,13 @@ mod tests;
 mod walk;
 mod words;
 
+pub use constants::{Constant, Constants};
 pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
+pub use effort::SearchEffort;
 pub use error::GapError;
-pub use evidence::LEVEL;
 pub use experiment::{NextExperiment, ProposedDrive, ProposedTest};
 pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
-pub use judge::{density, lead, student_scale};
 pub use outcome::{
     Added, Beginnings, Blind, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,
     Map, MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
@@ -74,7 +75,6 @@ pub use outcome::{
 pub use progress::Progress;
 pub use records::{FreeRun, RecordScore, StretchScore};
 pub use restore::Restored;
-pub use rule::{BLOCK, LEAD, LEAST_BLOCKS};
 pub use search::{Ask, Listener, Search};
 pub use site::Site;
 pub use walk::Step;

@@ -2,16 +2,14 @@
 
 use std::sync::Arc;
 
-use super::data::Data;
 use super::effects::{DESCRIPTION, Direction, Form, logarithmic};
 use super::error::GapError;
-use super::fit::{FEW_STEPS, Fitted, STEPS, WHOLE};
-use super::judge::{Hypothesis, beats, contains, least_lead, parts};
+use super::fit::{Fitted, WHOLE};
+use super::judge::{Hypothesis, contains, parts};
 use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
-use super::rule::{BORNE, CLOSE_GAIN, CLOSED, CRUMB, EXPLAINS, FAR_BEHIND, HOPELESS, LEAD, SETTLED, SHOWN};
 use super::ruling::Tried;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
@@ -22,7 +20,8 @@ use sindyscope_core::refine::{
 };
 use sindyscope_core::study::Cancel;
 
-/// Factors of a range in which a quantity is looked for, and places in it.
+/// The grid on which a quantity is looked for in which the response jumps: factors of its ranges, one after the other, and
+/// places in each. The last is finer than a fit's steps.
 const LOOKED_THROUGH: [f64; 3] = [10.0, 1.3, 1.05];
 const PLACES: usize = 12;
 
@@ -56,9 +55,10 @@ impl Search {
         cancel: &Cancel,
     ) -> bool {
         let data = &self.data;
+        let constants = &data.constants;
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
-        let mut proposals = data.propose(composition, inner, forms, CRUMB, cancel);
+        let mut proposals = data.propose(composition, inner, forms, constants.crumb, cancel);
         proposals.retain(|p| p.forms.len() <= room);
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
@@ -85,9 +85,9 @@ impl Search {
             }
             let single = proposal.composition.forms.len() == composition.forms.len() + 1;
             if let Some(gain) = explained {
-                let near = proposal.gain > (1.0 - CLOSE_GAIN) * gain - LEAD;
+                let near = proposal.gain > (1.0 - constants.close_gain) * gain - constants.lead;
                 let common = proposal.forms.iter().all(|k| forms[*k].is_common());
-                let is_shown = single && common && shown < SHOWN && proposal.gain > 0.0;
+                let is_shown = single && common && shown < constants.shown && proposal.gain > 0.0;
                 if !near && !is_shown {
                     continue;
                 }
@@ -99,7 +99,8 @@ impl Search {
             if tried.place(&set).is_none()
                 && let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel)
             {
-                let explains = set.unborne.is_none() && data.is_within(&set.fitted, data.noise, EXPLAINS, cancel);
+                let explains =
+                    set.unborne.is_none() && data.is_within(&set.fitted, data.noise, constants.explaining(), cancel);
                 explained = explained.or(explains.then_some(gain));
                 tried.sets.push(set);
             }
@@ -117,7 +118,7 @@ impl Search {
     pub(super) fn close(&self, tried: &mut Tried, kept: &[usize], cancel: &Cancel) {
         let Some(base) = self.known(&[]) else { return };
         let has = |set: &[usize]| kept.iter().all(|k| set.contains(k));
-        for whole in tried.best().into_iter().take(CLOSED) {
+        for whole in tried.best().into_iter().take(self.data.constants.sets_with_parts) {
             let of_kept = has(&tried.sets[whole].forms);
             for part in tried.parts_of(&tried.sets[whole].forms) {
                 if of_kept && !has(&part) {
@@ -169,6 +170,7 @@ impl Search {
     /// it, and where a set leaves more along whole records than along short stretches, by way of those. Along whole records one
     /// stop of a mass that rubs, missed, leads astray.
     pub(super) fn settle(&self, tried: &mut Tried, cancel: &Cancel) {
+        let constants = &self.data.constants;
         let order = tried.best();
         let left = |set: &Hypothesis| set.fitted.refined.rss;
         let whole = |k: &usize| tried.sets[*k].fitted.level == WHOLE;
@@ -184,15 +186,15 @@ impl Search {
                 let set = &tried.sets[*k];
                 let lost = contains(&set.forms, forms(best), &tried.forms) && left(set) > least;
                 !set.forms.is_empty()
-                    && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < FAR_BEHIND * least)
+                    && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < constants.far_behind * least)
             })
             .collect();
         // A name too many comes of a part that was not fitted to its end.
         near.sort_by_key(|k| !part(*k));
-        near.truncate(SETTLED);
+        near.truncate(constants.fitted_again);
         for k in near {
             let Hypothesis { forms, fitted, .. } = tried.sets[k].clone();
-            if self.data.is_within(&fitted, self.data.noise, EXPLAINS, cancel) || cancel.is_cancelled() {
+            if self.data.is_within(&fitted, self.data.noise, constants.explaining(), cancel) || cancel.is_cancelled() {
                 continue;
             }
             let composition = &fitted.composition;
@@ -213,12 +215,13 @@ impl Search {
     /// A fit begun anew along short stretches that grow to whole records; none where those are left with as much.
     fn by_stretches(&self, fitted: &Fitted, cancel: &Cancel) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let goal = self.data.goal(WHOLE, Data::options(&cancelled, STEPS, None));
+        let constants = &self.data.constants;
+        let goal = self.data.goal(WHOLE, self.data.options(&cancelled, constants.steps, None));
         let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
         let whole = self.data.whole();
-        let first = shoot(composition, &whole, (shared, None), 0, goal, FEW_STEPS)?;
+        let first = shoot(composition, &whole, (shared, None), 0, goal, constants.few_steps())?;
         let first = self.looked_through(composition, first, cancel);
-        if EXPLAINS.0 * first.error() > fitted.error() {
+        if constants.explaining().0 * first.error() > fitted.error() {
             return None;
         }
         climb(composition, &whole, first, goal).pop()
@@ -239,6 +242,8 @@ impl Search {
         cancel: &Cancel,
     ) -> Option<Hypothesis> {
         let Proposal { composition, shared, .. } = proposal;
+        let constants = &self.data.constants;
+        self.data.counters.fit();
         let free = Composition { passive: false, ..composition.clone() };
         let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| {
             let fitted = self.data.judged(free.clone(), landed, cancel);
@@ -249,7 +254,8 @@ impl Search {
             let dampers = free.dampers(&parameters.inner);
             dampers.into_iter().any(|(k, _)| parameters.coefficients[k] > 0.0)
         });
-        let hopeless = lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > HOPELESS * b.least());
+        let hopeless =
+            lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.far_behind * b.least());
         if !composition.passive || !pushes || hopeless {
             return lifted;
         }
@@ -260,7 +266,7 @@ impl Search {
             self.hypothesis(forms, fitted, cancel)
         });
         match bounded {
-            Some(bounded) if !beats(&lifted, &bounded, least_lead(false)) => Some(bounded),
+            Some(bounded) if !constants.beats(&lifted, &bounded, constants.lead) => Some(bounded),
             _ => Some(lifted),
         }
     }
@@ -278,7 +284,7 @@ impl Search {
         let cancelled = || cancel.is_cancelled();
         // The base model is shown along whole records, however wrong it is.
         let short_if_wrong = !composition.forms.is_empty();
-        let goal = Goal { short_if_wrong, ..data.goal(WHOLE, Data::options(&cancelled, STEPS, bar)) };
+        let goal = Goal { short_if_wrong, ..data.goal(WHOLE, data.options(&cancelled, data.constants.steps, bar)) };
         let point = Point::new(composition, &whole, shared.to_vec(), false);
         let landed = land(composition, &whole, &point, goal)
             .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
@@ -294,7 +300,8 @@ impl Search {
         let positions = composition.positions();
         let terms = composition.places(&composition.middle());
         let cancelled = || cancel.is_cancelled();
-        let options = FitOptions { driven: !landed.whole, ..Data::options(&cancelled, STEPS, None) };
+        let options =
+            FitOptions { driven: !landed.whole, ..self.data.options(&cancelled, self.data.constants.steps, None) };
         let mut best = landed;
         for (k, form) in composition.forms.iter().enumerate() {
             let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);
@@ -336,6 +343,7 @@ impl Search {
     /// or an inner quantity at a bound.
     pub(super) fn unborne(&self, fitted: &Fitted) -> Option<String> {
         let refined = &*fitted.refined;
+        let least = self.data.constants.amplitude_errors;
         let inflation = self.inflation(fitted);
         let Parameters { coefficients: values, inner } = &fitted.parameters;
         let positions = fitted.composition.positions();
@@ -357,11 +365,11 @@ impl Search {
                         "its {} comes out zero: to help it would have to act the wrong way round",
                         coefficient.name
                     ));
-                } else if values[k].abs() < BORNE * error.unwrap_or(0.0) {
+                } else if values[k].abs() < least * error.unwrap_or(0.0) {
                     return Some(format!("its {} cannot be told from zero", coefficient.name));
                 }
             }
-            if !open.is_empty() && size(refined, &open) < BORNE * BORNE * inflation * open.len() as f64 {
+            if !open.is_empty() && size(refined, &open) < least * least * inflation * open.len() as f64 {
                 return Some("its size cannot be told from zero".to_owned());
             }
             for ((quantity, value), position) in
@@ -378,7 +386,7 @@ impl Search {
                     there.shared[*position] = simple;
                     let told = match quantity.jumps {
                         true => self.feels(fitted, &there, inflation),
-                        false => (value - simple).abs() >= BORNE * error,
+                        false => (value - simple).abs() >= least * error,
                     };
                     if !told {
                         return Some(format!("its {} cannot be told from {simple}", quantity.name));
@@ -401,10 +409,11 @@ impl Search {
         let refined = &*fitted.refined;
         let never = || false;
         let driven = fitted.level != WHOLE;
-        let options = FitOptions { driven, ..Data::options(&never, 0, None) };
+        let options = FitOptions { driven, ..self.data.options(&never, 0, None) };
         let there = misfit(&fitted.composition, &fitted.runs, others, options);
         let variance = refined.rss / refined.samples.max(1) as f64;
-        there.is_none_or(|rss| rss - refined.rss > BORNE * BORNE * inflation * variance)
+        let least = self.data.constants.amplitude_errors;
+        there.is_none_or(|rss| rss - refined.rss > least * least * inflation * variance)
     }
 
     pub(super) fn smoothed_paths(&self) -> Vec<super::columns::Path> {

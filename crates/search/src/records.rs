@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::data::Series;
-use super::fit::{FEW_STEPS, Fitted, WHOLE, Wanted};
+use super::fit::{Fitted, WHOLE, Wanted};
 use super::search::Search;
 use sindyscope_core::refine::{Run, Structure as _, shoot};
 use sindyscope_core::signal::{dot, mean_and_variance};
@@ -112,7 +112,7 @@ impl Search {
         let cancelled = || cancel.is_cancelled();
         let wanted = Wanted { level: WHOLE, period: self.data.period, error: self.data.noise };
         let goal = self.data.followed_to(wanted, &cancelled);
-        let found = shoot(composition, &runs, (shared, None), WHOLE, goal, FEW_STEPS)?;
+        let found = shoot(composition, &runs, (shared, None), WHOLE, goal, self.data.constants.few_steps())?;
         let whole = found.refined.simulated.first()?;
         Some(whole.get(..s.len())?.to_vec())
     }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use super::constants::Constants;
 use super::effects::Form;
 use super::error::GapError;
 use super::experiment::NextExperiment;
 use super::fit::Fitted;
-use super::judge::{Hypothesis, Ruling, lead};
+use super::judge::{Hypothesis, Ruling};
 use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, Standing, Verdict};
-use super::rule::{MATTERS_NOISES, MATTERS_SHARE};
 use super::screen::Motion;
 use super::search::{Depth, Keep, Listener, Search};
 use super::structure::{Composition, choice};
@@ -95,14 +95,14 @@ impl Tried {
     }
 
     /// The winner against the best set that lacks an effect.
-    fn lead_of(&self, effect: &Choice) -> Option<Lead> {
+    fn lead_of(&self, effect: &Choice, constants: &Constants) -> Option<Lead> {
         let winner = self.winner()?;
         let without = self.sets.iter().filter(|s| s.unborne.is_none() && !self.choices(s).contains(effect));
         let nearest = without.max_by(|a, b| a.sum().total_cmp(&b.sum()))?;
         let names: Vec<String> = self.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let titles = nearest.forms.iter().map(|k| self.forms[*k].full_title()).collect();
-        Some(Lead { titles, ..lead(&winner.blocks, &nearest.blocks, &against) })
+        Some(Lead { titles, ..constants.compared(&winner.blocks, &nearest.blocks, &against) })
     }
 }
 
@@ -159,7 +159,11 @@ impl Search {
             });
         }
         let finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
-        Decision { finding, next_experiment, lead: own.first().and_then(|effect| tried.lead_of(effect)) }
+        Decision {
+            finding,
+            next_experiment,
+            lead: own.first().and_then(|effect| tried.lead_of(effect, &self.data.constants)),
+        }
     }
 
     /// Where the effects of rivals that the winner lacks stand among candidates.
@@ -191,7 +195,7 @@ impl Search {
         motion: &Motion,
     ) {
         let Some(candidate) = candidates.iter_mut().find(|c| c.choice == choice(form)) else { return };
-        let beside = lead(&set.blocks, &none.blocks, "none");
+        let beside = self.data.constants.compared(&set.blocks, &none.blocks, "none");
         let refused = set.unborne.clone().or_else(|| {
             (beside.difference <= 0.0).then(|| "data never fitted are predicted no better with it".to_owned())
         });
@@ -281,7 +285,9 @@ impl Search {
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();
         let found = (square(base.fit.0.as_ref().map_or(left, |f| f.error())) - square(left)).max(0.0);
-        left > MATTERS_NOISES * noise || square(left) > MATTERS_SHARE * MATTERS_SHARE * found && found > 0.0
+        let noises = self.data.constants.matters_noises;
+        let share = 0.5 * noises;
+        left > (1.0 + noises) * noise || square(left) > share * share * found && found > 0.0
     }
 
     /// The stages from the base to the last model, and the look that leads from each to the next: the effect without which the
@@ -379,7 +385,7 @@ impl Search {
                 .then_with(|| b.stage.is_some().cmp(&a.stage.is_some()))
                 .then_with(|| best(b).total_cmp(&best(a)))
         });
-        round.lead = tried.lead_of(effect);
+        round.lead = tried.lead_of(effect, &self.data.constants);
         if let Some(candidate) = round.candidates.first_mut() {
             candidate.standing = Standing::Refitted;
             candidate.stage = Some(Arc::clone(stage));

@@ -7,6 +7,7 @@
 use sindyscope_core::parallel::prelude::*;
 
 use super::columns::{Path, forces};
+use super::constants::LARGEST_SET;
 use super::data::{Data, Series};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
@@ -347,7 +348,8 @@ impl Data {
             hits.push(Hit { form: k, inner: points[best.0].1.clone(), gain: best.1, columns: Vec::new() });
         }
         hits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        for hit in hits.iter_mut().take(KEPT_COLUMNS) {
+        // What is left beside the best is taken for noise.
+        for hit in hits.iter_mut().take(LARGEST_SET) {
             let addition = forms[hit.form].addition(&hit.inner);
             hit.columns = self.columns(&addition, &motion.measured, &motion.variations, present, simulated);
         }
@@ -363,8 +365,6 @@ pub(super) struct Screened {
     pub(super) rss: f64,
 }
 
-/// Hits whose columns are kept: what is left beside them is taken for noise.
-pub(super) const KEPT_COLUMNS: usize = 3;
 /// By how much columns lower the sum of squares of what the basis leaves; none where they add
 /// nothing of their own or have unphysical signs.
 fn explain(basis: &OrthonormalBasis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {

@@ -3,17 +3,18 @@ use std::sync::{Arc, Mutex};
 
 use super::audit::Audit;
 use super::columns::Path;
+use super::constants::Constants;
 use super::data::{Data, Series};
 use super::effects::{Form, Frame, OwnEffect, Setting, catalogue, described, own};
+use super::effort::SearchEffort;
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::Fitted;
-use super::judge::{Hypothesis, judge, least_lead};
+use super::judge::{Hypothesis, judge};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
 use super::propose::usual_speed;
-use super::rule::{FAR, LOCKED, MATTERS_NOISES};
 use super::ruling::{Decision, Tried};
 use super::screen::Motion;
 use super::site::Placed;
@@ -44,12 +45,21 @@ pub struct Ask {
     pub initial: Option<usize>,
     /// Effects of the user's own, looked for as those of the catalogue are.
     pub effects: Vec<OwnEffect>,
+    /// What the search decides and budgets by: others than the default are for studies.
+    pub constants: Constants,
 }
 
 impl Default for Ask {
     fn default() -> Self {
-        let effects = Vec::new();
-        Self { base: None, own: BTreeMap::new(), known: Vec::new(), max_effects: 3, initial: None, effects }
+        Self {
+            base: None,
+            own: BTreeMap::new(),
+            known: Vec::new(),
+            max_effects: 3,
+            initial: None,
+            effects: Vec::new(),
+            constants: Constants::DEFAULT,
+        }
     }
 }
 
@@ -103,17 +113,18 @@ pub(super) enum Depth {
     Refitted,
 }
 
-/// Distance of the point that a spring holds the motion about from its middle, at most, in standard deviations of the motion.
+/// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
 const HELD_ABOUT: f64 = 3.0;
-/// Weights of the oscillator that a base model's start leans towards, beside those of the data.
+/// Weights of the oscillator that a base model's start leans towards, beside those of the data: next to none, and as much.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
+
 impl Search {
     /// Prepares records of one mass or several.
     ///
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
-        let mut data = Data::new(records, ask.initial)?;
+        let mut data = Data::new(records, ask)?;
         if data.input_open && ask.is_relative_to_input() {
             (data.base_excited, data.input_open) = (true, false);
         }
@@ -150,6 +161,7 @@ impl Search {
         base.passive = !data.self_sustained;
         base.zero = data.shows_rates();
         base.noise = data.noise;
+        base.reciprocity = data.constants.reciprocity;
         let plain = Self { data, audit, ask: ask.clone(), base, known: Mutex::default() };
         Ok(plain.about_its_equilibrium().unwrap_or(plain))
     }
@@ -183,6 +195,11 @@ impl Search {
     /// The measurement noise's standard deviation, estimated without a model.
     pub fn noise_floor(&self) -> f64 {
         self.data.noise
+    }
+
+    /// What it has cost so far.
+    pub fn effort(&self) -> SearchEffort {
+        self.data.counters.so_far()
     }
 
     /// Terms of the base model's accelerations.
@@ -298,7 +315,7 @@ impl Search {
                 .flat_map(|r| (0..data.fit()[r].len()).map(move |k| (r, k)))
                 .map(|(r, k)| site.across(|i| motion.measured[r].v[i][k], du(r, k)))
                 .collect();
-            frame.usual_speed = usual_speed(&velocities);
+            frame.usual_speed = usual_speed(&velocities, data.constants.still);
             let (first, second) = site.masses();
             frame.speed_noise = second.map_or(motion.speed_noise[first], |second| {
                 motion.speed_noise[first].hypot(motion.speed_noise[second])
@@ -309,7 +326,9 @@ impl Search {
         // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
         // amplitude.
         let dies_away = data.fit().iter().all(Series::is_undriven) && !data.self_sustained;
-        let locked = |f: &f64, times: &[f64]| times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < LOCKED);
+        let locked = |f: &f64, times: &[f64]| {
+            times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < data.constants.locked)
+        };
         let free = |mut lines: Vec<f64>, times: &[f64]| {
             lines.retain(|f| !(dies_away && locked(f, times)));
             lines
@@ -379,11 +398,13 @@ impl Search {
     pub(super) fn rule(&self, tried: &mut Tried, present: &[usize]) {
         let data = &self.data;
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
-        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < MATTERS_NOISES * data.noise;
-        let least = least_lead(self.audit.single_tone);
+        let constants = &data.constants;
+        let matters = (1.0 + constants.matters_noises) * data.noise;
+        let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < matters;
+        let least = constants.least_lead(self.audit.single_tone);
         let explained = tried.sets.iter().any(explains);
-        let far = if explained { least } else { least.max(FAR.ln() * data.unseen() as f64) };
-        tried.ruling = judge(&tried.sets, &tried.forms, present, (least, far));
+        let far = if explained { least } else { least.max(constants.unseen_ratio.ln() * data.unseen() as f64) };
+        tried.ruling = judge(constants, &tried.sets, &tried.forms, present, (least, far));
     }
 
     /// Looks at a stage: is there a gap, where, and which effects might it be.
@@ -432,7 +453,7 @@ impl Search {
             lead: decision.lead,
         };
         // Correlated residuals may hide a gap from the tests, not one of several noises.
-        let loud = before.error() > 2.0 * data.noise.hypot(data.between_samples(&before, cancel));
+        let loud = before.error() > data.constants.loud * data.noise.hypot(data.between_samples(&before, cancel));
         if !(evidence.significant || loud) || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
             let round = round(candidates, evidence, Decision::without_effect(finding));

@@ -1,4 +1,5 @@
 use super::columns::{Clock, Inputs, Path, integrate};
+use super::constants::Constants;
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
@@ -26,12 +27,9 @@ pub(super) struct Composition {
     pub(super) zero: bool,
     /// RMS of the noise, weighted.
     pub(super) noise: f64,
+    /// Standard deviation of the ratio of a joint's two forces about that of its springs.
+    pub(super) reciprocity: f64,
 }
-
-/// Standard deviation of the ratio of a joint's two forces about that of its springs.
-const RECIPROCAL: f64 = 0.05;
-/// Springs between two masses that are this share of those that hold each tell little of it.
-const SLACK: f64 = 0.1;
 
 /// What a composition comes to at given inner values.
 pub(super) struct Composed {
@@ -56,6 +54,7 @@ impl Composition {
             origin: 0.0,
             zero: false,
             noise: 0.0,
+            reciprocity: Constants::DEFAULT.reciprocity,
         }
     }
 
@@ -176,11 +175,13 @@ impl Composition {
             let stiffness = |of: usize, by: usize| self.stiffness(parameters, of, by);
             for pair in parameters.coefficients[place].chunks_exact(2) {
                 let (action, reaction) = (pair[0] * stiffness(j, i), -pair[1] * stiffness(i, j));
-                let slack = SLACK * (pair[0].abs() * stiffness(j, j) + pair[1].abs() * stiffness(i, i));
+                // Springs between two masses that are a small share of those that hold each tell little.
+                let slack =
+                    2.0 * self.reciprocity * (pair[0].abs() * stiffness(j, j) + pair[1].abs() * stiffness(i, i));
                 let size = action.abs() + reaction.abs() + slack;
                 // Half the logarithm of the ratio, and bounded where the two have nothing in common.
                 let apart = if size > 0.0 { (action - reaction) / size } else { 0.0 };
-                found.push((index, 2.0 * apart / RECIPROCAL));
+                found.push((index, 2.0 * apart / self.reciprocity));
             }
         }
         found

@@ -54,15 +54,16 @@ const STEPS_PER_SWITCH: usize = 20;
 pub fn refine(structure: &dyn Structure, runs: &[Run], start: &Point, options: FitOptions<'_>) -> Option<Refined> {
     let fitter = Fitter::new(structure, runs, options);
     let fitted = fitter.fit(start);
-    if let Some(meter) = options.meter {
-        meter.add(fitter.spent.load(Ordering::Relaxed));
-    }
+    fitter.read_meter();
     fitted
 }
 
 /// The sum of squared residuals at a point, nothing fitted; none if the model cannot be simulated there.
 pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: FitOptions<'_>) -> Option<f64> {
-    Fitter::new(structure, runs, options).all(point, &mut Vec::new())
+    let fitter = Fitter::new(structure, runs, options);
+    let left = fitter.all(point, &mut Vec::new());
+    fitter.read_meter();
+    left
 }
 
 /// What the sensors of each run would show at a point, weighted, output after output, nothing fitted; none if the model cannot
@@ -74,8 +75,10 @@ pub fn respond(
     options: FitOptions<'_>,
 ) -> Option<Vec<Vec<f64>>> {
     let mut simulated = Vec::new();
-    Fitter::new(structure, runs, options).all(point, &mut simulated)?;
-    Some(simulated)
+    let fitter = Fitter::new(structure, runs, options);
+    let left = fitter.all(point, &mut simulated);
+    fitter.read_meter();
+    left.map(|_| simulated)
 }
 
 struct Fitter<'a> {
@@ -474,6 +477,13 @@ impl<'a> Fitter<'a> {
 
     fn is_cancelled(&self) -> bool {
         (self.options.cancelled)()
+    }
+
+    /// Counts the steps taken, where somebody counts.
+    fn read_meter(&self) {
+        if let Some(meter) = self.options.meter {
+            meter.add(self.spent.load(Ordering::Relaxed));
+        }
     }
 }
 

@@ -306,7 +306,8 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
                 structure,
                 &runs,
                 &point,
-                FitOptions { driven: top < levels(whole, goal.period), ..goal.options },
+                // One glance is no fit that a budget is kept for.
+                FitOptions { driven: top < levels(whole, goal.period), meter: None, ..goal.options },
             )
             .is_some_and(|rss| rss < (DIRECT_FIT_ERROR * motion).powi(2) * last.refined.samples as f64);
         let at_once = near

@@ -196,7 +196,7 @@ pub struct FitOptions<'a> {
     pub steps: usize,
     /// Integration steps after which no further one is begun.
     pub effort: usize,
-    /// Counts the integration steps of several fits.
+    /// Counts the integration steps of several fits and simulations.
     pub meter: Option<&'a Effort>,
     /// The least sum of squares that a rival has reached: a fit that is far above it and no longer falls fast ends early.
     pub bar: Option<&'a Bar>,
@@ -204,7 +204,7 @@ pub struct FitOptions<'a> {
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// The integration steps that several fits have taken together; a change of side counts as some.
+/// The integration steps that several fits and simulations have taken together; a change of side counts as some.
 #[derive(Debug, Default)]
 pub struct Effort(AtomicUsize);
 
@@ -214,7 +214,7 @@ impl Effort {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// A fit took so many more.
+    /// So many more were taken.
     fn add(&self, steps: usize) {
         self.0.fetch_add(steps, Ordering::Relaxed);
     }

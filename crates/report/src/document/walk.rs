@@ -8,7 +8,7 @@ use super::drawings::{self, FigureLimits};
 use super::math;
 use sindyscope_core::study::Severity;
 use sindyscope_search::{
-    Candidate, Description, Diagnosis, Finding, Gap, LEVEL, Parameter, Round, Stage, Standing, Step,
+    Candidate, Constants, Description, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step,
 };
 use sindyscope_values::format::equations;
 use sindyscope_values::format::number::{
@@ -320,10 +320,11 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
 
 /// Why there is no gap, with the level that it was held against.
 fn no_gap(p: f64) -> String {
-    if p < LEVEL {
+    let level = Constants::DEFAULT.level;
+    if p < level {
         return p_words(p);
     }
-    format!("{}; a gap counts below 10{}", p_words(p), superscript(LEVEL.log10().round() as i32))
+    format!("{}; a gap counts below 10{}", p_words(p), superscript(level.log10().round() as i32))
 }
 
 fn p_words(p: f64) -> String {

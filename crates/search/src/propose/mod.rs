@@ -14,10 +14,10 @@ mod rows;
 use std::collections::HashMap;
 
 use super::columns::{Inputs, forces};
+use super::constants::{Constants, LARGEST_SET};
 use super::data::{Data, Series};
 use super::effects::{Axis, Direction, Form};
 use super::parameters::{InnerValues, Parameters};
-use super::rule::{BEAM, KEPT_POINTS, KEPT_PRELOADED, LEAD, LIKE, PUSHING, QUOTAS, ZOOMED, ZOOMS};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
@@ -29,6 +29,9 @@ use sindyscope_core::refine::Structure as _;
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::term::{Expression, Symbol, Term};
+
+/// Rounds of a finer grid about what the best sets hold: each makes its step a third, and a ninth is near enough for a fit.
+const ZOOMS: usize = 2;
 
 /// A set of effects with the values that its fit starts from.
 #[derive(Clone, Debug)]
@@ -110,7 +113,7 @@ impl Data {
         if cancel.is_cancelled() {
             return Vec::new();
         }
-        let mut sets = ranked(&found, forms, crumb);
+        let mut sets = ranked(&found, forms, crumb, &self.constants);
         sets.extend(regression.common(&points));
         let mut known: Vec<Vec<usize>> = Vec::new();
         sets.retain(|(_, set)| {
@@ -122,7 +125,9 @@ impl Data {
         let proposal = |(score, set): (f64, Vec<usize>)| {
             Some(Proposal { gain: score - none, ..regression.proposal(&set, &points)? })
         };
-        sets.into_iter().filter_map(proposal).collect()
+        let proposals: Vec<Proposal> = sets.into_iter().filter_map(proposal).collect();
+        self.counters.propose(proposals.len());
+        proposals
     }
 
     /// The start of exactly these forms together beside a present model; none where the data cannot tell their columns apart.
@@ -400,11 +405,12 @@ impl<'a> Regression<'a> {
                     .then_some((left, columns, point))
             })
             .collect();
+        let constants = &self.data.constants;
         let mut kept: Vec<Built> = Vec::new();
         for form in 0..self.forms.len() {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
             let mut own: Vec<&Built> = Vec::new();
-            for (beside, count) in [(0, KEPT_POINTS), (1, KEPT_PRELOADED)] {
+            for (beside, count) in [(0, constants.grid_points), (1, constants.grid_points.div_ceil(3))] {
                 let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
                 sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
                 let further = sorted.into_iter().take(count);
@@ -463,7 +469,7 @@ impl<'a> Regression<'a> {
         // A branch that remembers holds the acceleration itself, and with it its noise: what it takes no damper gives back.
         let pushing = |(column, c): (&usize, &f64)| {
             self.dampers.contains(column)
-                && c / self.scales[*column] > PUSHING * std::f64::consts::TAU / self.data.period
+                && c / self.scales[*column] > self.data.constants.pushing_rate(self.data.period)
         };
         if set.iter().any(|p| points[*p].remembers) && columns.iter().zip(coefficients).any(pushing) {
             return false;
@@ -511,7 +517,7 @@ impl<'a> Regression<'a> {
         self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found);
         let pairs = self.pairs(&gram, points);
         self.note(&gram, points, pairs, &mut found);
-        let best = best_of(&found, 2, BEAM);
+        let best = best_of(&found, 2, self.data.constants.pairs_extended);
         let mut thirds: Vec<Vec<usize>> = Vec::new();
         for pair in &best {
             for form in 0..self.forms.len() {
@@ -524,7 +530,7 @@ impl<'a> Regression<'a> {
         self.note(&gram, points, thirds, &mut found);
         for _ in 0..ZOOMS {
             if !self.cancel.is_cancelled() {
-                self.zoom(points, &mut found, ZOOMED);
+                self.zoom(points, &mut found, self.data.constants.zoomed);
             }
         }
         found
@@ -580,7 +586,7 @@ impl<'a> Regression<'a> {
 
     /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
     fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut Found, beam: usize) {
-        let sets: Vec<Vec<usize>> = (1..=3).flat_map(|n| best_of(found, n, beam)).collect();
+        let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
         let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
             if about.contains_key(p) || points[*p].inner.is_empty() || self.cancel.is_cancelled() {
@@ -626,7 +632,7 @@ impl<'a> Regression<'a> {
         let of_common: Vec<usize> = (0..points.len()).filter(|p| self.forms[points[*p].form].is_common()).collect();
         let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
         let mut out: Vec<(f64, Vec<usize>)> = Vec::new();
-        for _ in QUOTAS {
+        for _ in 0..LARGEST_SET {
             let larger = sets.iter().flat_map(|set| of_common.iter().map(move |p| (set, *p)));
             let larger = larger.filter(|(set, p)| set.last().is_none_or(|last| last < p));
             sets = larger
@@ -644,7 +650,10 @@ impl<'a> Regression<'a> {
             own.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some(least) = own.first().map(|o| o.0) else { continue };
             let rows = self.rows.worth * self.rows.len() as f64;
-            let near = own.into_iter().take_while(|(left, ..)| 0.5 * rows * (left / least).ln() < LEAD).take(LIKE);
+            let constants = &self.data.constants;
+            let is_near = |left: f64| 0.5 * rows * (left / least).ln() < constants.lead;
+            let near =
+                own.into_iter().take_while(|(left, ..)| is_near(*left)).take(constants.proposals_of(LARGEST_SET));
             out.extend(near.map(|(_, columns, set)| (gram.predictive(&columns, self.rows.worth), set.clone())));
         }
         out
@@ -741,7 +750,7 @@ fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
 
 /// The sets to be fitted, by score, so many of each size. What a set contains (one effect less, or a poorer kind of one) comes
 /// before it, unless the set brings more than a crumb of all that was gained.
-fn ranked(found: &Found, forms: &[Form], crumb: f64) -> Vec<(f64, Vec<usize>)> {
+fn ranked(found: &Found, forms: &[Form], crumb: f64, constants: &Constants) -> Vec<(f64, Vec<usize>)> {
     let none = found.get(&Vec::new()).map_or(f64::NEG_INFINITY, |f| f.0);
     let mut placed: Vec<(f64, bool, &Vec<usize>, &Vec<usize>)> = Vec::new();
     for (key, (score, set)) in found.iter().filter(|(key, _)| !key.is_empty()) {
@@ -763,10 +772,10 @@ fn ranked(found: &Found, forms: &[Form], crumb: f64) -> Vec<(f64, Vec<usize>)> {
         placed.push((place, stands || key.len() == 1, key, set));
     }
     placed.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.2.cmp(b.2)));
-    let mut counts = [0; QUOTAS.len()];
+    let mut counts = [0; LARGEST_SET];
     placed.retain(|(place, stands, key, _)| {
         let count = &mut counts[key.len() - 1];
-        let keep = *stands && place.is_finite() && *count < QUOTAS[key.len() - 1];
+        let keep = *stands && place.is_finite() && *count < constants.proposals_of(key.len());
         *count += usize::from(keep);
         keep
     });

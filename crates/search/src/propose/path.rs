@@ -1,18 +1,17 @@
 //! The measured motion as the proposals see it: smoothed without a model, and where it sticks.
 
 use super::super::columns::Path;
+use super::super::constants::Constants;
 use super::super::data::{Data, Series};
-use super::super::rule::{BELT_SPELL, STICK_GAP, STICK_MARGIN, STICK_SPELL};
 use sindyscope_core::refine::Output;
 use sindyscope_core::signal::{rests, rms};
 
-/// The smoothing weights that are tried, as powers of ten.
+/// The grid of smoothing weights, as powers of ten: from, to, step.
 const WEIGHTS: [f64; 3] = [-3.0, 8.0, 0.5];
 /// How much less the path is smoothed whose bias must not count: by this factor of the weight.
 const LIGHTER: f64 = 100.0;
-/// Relative speed below which a mass may stand still, as a share of the RMS velocity.
-const STILL: f64 = 0.1;
-/// Width of a bin of velocities, as a share of the largest, and the share of all samples that a full one holds.
+/// What a usual speed is: width of a bin of velocities, as a share of the largest, and the share of all samples that a full one
+/// holds.
 const BIN: f64 = 1.0 / 30.0;
 const FULL: f64 = 0.12;
 
@@ -55,33 +54,33 @@ fn stuck(data: &Data, series: &Series, path: &Path, mass: usize) -> Vec<bool> {
     let n = series.len();
     let period = data.period / series.interval;
     let v = &path.v[mass];
-    let size = rms(v);
+    let slow = data.constants.still * rms(v);
     let across: Option<&Vec<f64>> = series.input_rates.first().filter(|_| data.base_excited);
-    let mut still: Vec<bool> = (0..n)
-        .map(|k| v[k].abs() < STILL * size || across.is_some_and(|du| (v[k] - du[k]).abs() < STILL * size))
-        .collect();
+    let mut still: Vec<bool> =
+        (0..n).map(|k| v[k].abs() < slow || across.is_some_and(|du| (v[k] - du[k]).abs() < slow)).collect();
     if data.outputs[mass] == Output::Displacement(mass) {
         for rest in rests(&series.measured[mass], data.noise / data.weights[mass], period) {
             still[rest].fill(true);
         }
     }
-    let mut stuck = spells(&still, period, STICK_SPELL);
-    if let Some(level) = usual_speed(v) {
+    let mut stuck = spells(&still, period, data.constants.rest, &data.constants);
+    if let Some(level) = usual_speed(v, data.constants.still) {
         let near = BIN * v.iter().fold(0.0_f64, |top, v| top.max(v.abs()));
         let with: Vec<bool> = v.iter().map(|v| (v - level).abs() < near).collect();
-        let carried = spells(&with, period, BELT_SPELL);
+        let carried = spells(&with, period, data.constants.carried, &data.constants);
         stuck.iter_mut().zip(carried).for_each(|(s, c)| *s |= c);
     }
     stuck
 }
 
 /// The velocity far from zero that is seen most often, as that of a surface which carries the mass along: the median of the
-/// fullest of narrow bins. None where no bin is much fuller than a smooth motion makes it.
-pub(in super::super) fn usual_speed(velocities: &[f64]) -> Option<f64> {
+/// fullest of narrow bins. None where no bin is much fuller than a smooth motion makes it. `still` is the share of the largest
+/// below which a velocity is none.
+pub(in super::super) fn usual_speed(velocities: &[f64], still: f64) -> Option<f64> {
     let top = velocities.iter().fold(0.0_f64, |top, v| top.max(v.abs()));
     let mut bins: Vec<Vec<f64>> = vec![Vec::new(); (2.0 / BIN) as usize + 1];
     let last = bins.len() - 1;
-    for v in velocities.iter().filter(|v| v.abs() > STILL * top) {
+    for v in velocities.iter().filter(|v| v.abs() > still * top) {
         bins[(((v / top + 1.0) / BIN) as usize).min(last)].push(*v);
     }
     let mut fullest = bins.into_iter().max_by_key(Vec::len)?;
@@ -94,7 +93,8 @@ pub(in super::super) fn usual_speed(velocities: &[f64]) -> Option<f64> {
 
 /// Samples in spells of at least a share of the period, short gaps closed and the ends widened. None where they are rarer
 /// than chance makes them.
-fn spells(near: &[bool], period: f64, least: f64) -> Vec<bool> {
+fn spells(near: &[bool], period: f64, least: f64, constants: &Constants) -> Vec<bool> {
+    let (gap, margin) = (0.5 * constants.rest * period, 0.375 * constants.rest * period);
     let mut parts: Vec<std::ops::Range<usize>> = Vec::new();
     let mut from = 0;
     for run in near.chunk_by(|a, b| a == b) {
@@ -104,12 +104,12 @@ fn spells(near: &[bool], period: f64, least: f64) -> Vec<bool> {
             continue;
         }
         match parts.last_mut() {
-            Some(last) if ((here.start - last.end) as f64) < STICK_GAP * period => last.end = here.end,
+            Some(last) if ((here.start - last.end) as f64) < gap => last.end = here.end,
             _ => parts.push(here),
         }
     }
     parts.retain(|p| p.len() as f64 >= (least * period).max(4.0));
-    let margin = (STICK_MARGIN * period) as usize;
+    let margin = margin as usize;
     let mut out = vec![false; near.len()];
     for part in parts {
         out[part.start.saturating_sub(margin)..(part.end + margin).min(near.len())].fill(true);

@@ -1,11 +1,11 @@
 //! The weak form: an equation of motion averaged over test functions, whitened against the sensor's noise.
 
+use super::super::constants::Constants;
 use super::super::data::Data;
-use super::super::rule::{HALF_WIDTH, LEFT_OUT_BLOCKS, LEFT_OUT_PERIODS, MOST_ROWS, NARROW_WIDTHS};
 use super::path::MeasuredPath;
 use sindyscope_core::signal::{TestFunction, dot};
 
-/// Distance of neighbouring test functions, as a share of their half width.
+/// Distance of neighbouring test functions, as a share of their half width: nearer ones say the same.
 const STRIDE: f64 = 0.25;
 /// Added to the variance of a row, as a share of it: what the model itself misses.
 const NUGGET: f64 = 0.03;
@@ -40,14 +40,15 @@ impl Rows {
     pub(super) fn new(data: &Data, paths: &[MeasuredPath]) -> Self {
         let fit = data.fit();
         let total: f64 = fit.iter().map(|s| s.len() as f64 * s.interval).sum();
-        let want = (LEFT_OUT_PERIODS * data.period).max(total / LEFT_OUT_BLOCKS as f64);
+        let Constants { half_width, narrow_widths, left_out_periods, blocks_left_out, rows: most, .. } = data.constants;
+        let want = (left_out_periods * data.period).max(total / blocks_left_out as f64);
         let mut functions = Vec::new();
         let mut parts: Vec<Part> = Vec::new();
         let mut next_block = 0;
         for (record, (s, measured)) in fit.iter().zip(paths).enumerate() {
             let period = data.period / s.interval;
             let sticks = measured.stuck.iter().flatten().any(|s| *s);
-            let shares = std::iter::once(HALF_WIDTH).chain(NARROW_WIDTHS.into_iter().filter(|_| sticks));
+            let shares = std::iter::once(half_width).chain(narrow_widths.into_iter().filter(|_| sticks));
             let mut halves: Vec<usize> = shares
                 .map(|w| {
                     ((w * period) as usize).clamp(TestFunction::NARROWEST, (s.len() / 8).max(TestFunction::NARROWEST))
@@ -57,8 +58,8 @@ impl Rows {
             let alone = usize::from(fit.len() == 1);
             let count = ((s.len() as f64 * s.interval / want).round() as usize).max(1 + alone);
             // Of a record with more rows than are needed, parts of each block are passed over.
-            let rows = total / data.period / (STRIDE * HALF_WIDTH);
-            let stretch = (MOST_ROWS as f64 / rows).min(1.0);
+            let rows = total / data.period / (STRIDE * half_width);
+            let stretch = (most as f64 / rows).min(1.0);
             for b in 0..count {
                 let (from, to) = (b * s.len() / count, (b + 1) * s.len() / count);
                 let to = from + ((to - from) as f64 * stretch) as usize;
