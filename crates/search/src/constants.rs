@@ -114,7 +114,8 @@ macro_rules! constants {
 constants! {
     // --- what is told from what
 
-    /// Distance of each amplitude of a set from zero, at least; the error is inflated by the residual's correlation.
+    /// Distance of each amplitude of a set from zero, at least; the error is inflated by the residual's correlation. A joint's two
+    /// forces contradict its springs if they are as far from what these say.
     amplitude_errors: f64 = 3.0, POSITIVE, "standard errors", "one amplitude in four hundred that is none passes";
     /// Sum of differences of log densities by which a set beats another, at least.
     lead: f64 = 5.0, POSITIVE, "nats", "a study in which values from 0 to 8 differ by two verdicts of 174";
@@ -142,8 +143,6 @@ constants! {
     loud: f64 = 2.0, POSITIVE, "noises", "correlated residuals of friction that sticks";
     /// Times the difference between two courses of an input through its samples by which the true course may differ.
     between_samples: f64 = 6.0, POSITIVE, "times", "half of the virtual rig's closed loops leave no more";
-    /// Standard deviations by which a joint's two forces contradict its springs.
-    contradicted: f64 = 4.0, POSITIVE, "standard deviations", "joints of the study of places";
     /// Standard deviation of the ratio of a joint's two forces about that of its springs; springs of twice this share of those
     /// that hold each mass tell little of it.
     reciprocity: f64 = 0.05, POSITIVE, "share", "coupling by inertia";

@@ -120,7 +120,7 @@ impl Search {
 
     /// The effects in joints whose two forces stand in another ratio than the springs of those joints.
     pub(super) fn contradictions<'f>(&self, fitted: &'f Fitted) -> Vec<&'f Form> {
-        let most = self.data.constants.contradicted;
+        let most = self.data.constants.amplitude_errors;
         let pairs = fitted.composition.reciprocity(&fitted.parameters).into_iter();
         let mut contradicted: Vec<usize> =
             pairs.filter(|(_, deviations)| deviations.abs() > most).map(|(k, _)| k).collect();

@@ -1,7 +1,7 @@
 //! What each constant of the search moves: hidden effects searched with every one of them halved and doubled.
 //!
-//! `cargo test --profile study -p sindyscope-search --test constants -- --ignored --nocapture`; `SINDYSCOPE_DRAWS=20` takes the
-//! first twenty draws alone, `SINDYSCOPE_CONSTANTS=lead,block` these constants.
+//! `cargo test --profile study -p sindyscope-search --test constants -- --ignored --nocapture`; `SINDYSCOPE_DRAWS=24` takes the
+//! first twenty-four draws alone, `SINDYSCOPE_DRAWS=24..36` those behind them, `SINDYSCOPE_CONSTANTS=lead,block` these constants.
 
 use super::drawn::{Drawn, Searched, hidden, in_regime, searched, two_masses};
 use rayon::prelude::*;
@@ -140,6 +140,14 @@ fn moved(default: &[Searched], changed: &[Searched]) -> (Vec<usize>, i32, i32) {
     (all, gains().map(|g| g.max(0)).sum(), gains().map(|g| (-g).max(0)).sum())
 }
 
+/// The draws that `SINDYSCOPE_DRAWS` asks for, as a number or from one to another; all of them otherwise.
+fn draws_asked_for() -> (usize, usize) {
+    let text = std::env::var("SINDYSCOPE_DRAWS").unwrap_or_default();
+    let (from, to) = text.split_once("..").unwrap_or(("0", &text));
+    let to = to.parse().unwrap_or(DRAWS.len()).min(DRAWS.len());
+    (from.parse().unwrap_or(0).min(to), to)
+}
+
 /// What `SINDYSCOPE_CONSTANTS` asks for; all of them otherwise.
 fn asked_for() -> Vec<&'static Constant> {
     let wanted = std::env::var("SINDYSCOPE_CONSTANTS").ok();
@@ -150,14 +158,21 @@ fn asked_for() -> Vec<&'static Constant> {
 #[test]
 #[ignore = "half an hour on one core, in the profile `study`"]
 fn no_constant_does_better_halved_or_doubled() {
-    let count = std::env::var("SINDYSCOPE_DRAWS").ok().and_then(|text| text.parse().ok()).unwrap_or(DRAWS.len());
-    let draws: Vec<Drawn> = DRAWS.par_iter().take(count).map(|draw| draw()).collect();
+    let (from, to) = draws_asked_for();
+    let draws: Vec<Drawn> = DRAWS[from..to].par_iter().map(|draw| draw()).collect();
     let all = |constants: &Constants| draws.par_iter().map(|d| searched(d, constants)).collect::<Vec<Searched>>();
     let default = all(&Constants::DEFAULT);
     for (k, (drawn, found)) in draws.iter().zip(&default).enumerate() {
         let Searched { verdict, names, effort, right, .. } = found;
         let mark = if *right { "" } else { "!" };
-        println!("{k:2}{mark:1} {}: {} {} ({} steps)", drawn.name, verdict.word(), names.join(" + "), effort.steps);
+        println!(
+            "{:2}{mark:1} {}: {} {} ({} steps)",
+            from + k,
+            drawn.name,
+            verdict.word(),
+            names.join(" + "),
+            effort.steps
+        );
     }
     let reference = Total::of(&default);
     println!("\ndefault: {}\n", reference.cells(&reference));
@@ -186,7 +201,7 @@ fn no_constant_does_better_halved_or_doubled() {
         if numbers.is_empty() && most <= EFFORT_MOVED {
             idle.push(constant.name);
         }
-        let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+        let numbers: Vec<String> = numbers.iter().map(|k| (from + k).to_string()).collect();
         let (name, value, unit) = (constant.name, (constant.value)(&Constants::DEFAULT), constant.unit);
         println!("| `{name}` | {value} | {unit} | {} | {} |", cells.join(" | "), numbers.join(" "));
     }
