@@ -27,7 +27,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::AnalysisError;
-use sindyscope_search::{Axis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
+use sindyscope_search::{ForceAxis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -179,7 +179,7 @@ fn effect(entry: &EffectEntry) -> Result<OwnEffect, (usize, String)> {
     let over = entry.over.as_ref().map(|over| {
         let problem =
             |problem: String| (over.span().start, format!("{problem}: write displacement, velocity, input or time"));
-        Axis::try_from(over.get_ref().clone()).map_err(problem)
+        ForceAxis::try_from(over.get_ref().clone()).map_err(problem)
     });
     let mass = match &entry.mass {
         Some(mass) if *mass.get_ref() == 0 => {

@@ -1,6 +1,6 @@
 //! What the data can show at all, asked before any fit.
 
-use super::data::{Data, Series};
+use super::data::{Data, RecordSeries};
 use super::outcome::Blind;
 use sindyscope_core::signal::{Spectrum, rms};
 
@@ -21,7 +21,7 @@ const STEADY: f64 = 0.12;
 impl Data {
     pub(super) fn audit(&self) -> Audit {
         let fit = self.fit();
-        let still = fit.iter().all(Series::is_undriven);
+        let still = fit.iter().all(RecordSeries::is_undriven);
         let tones: Vec<Option<(f64, f64)>> = fit.iter().map(|s| tone(s, self.noise)).collect();
         let single_tone = tones.iter().all(Option::is_some) && {
             let (frequencies, amplitudes): (Vec<f64>, Vec<f64>) = tones.iter().flatten().copied().unzip();
@@ -80,7 +80,7 @@ impl Data {
 }
 
 /// Frequency and amplitude of a record that is one steady tone.
-fn tone(s: &Series, noise: f64) -> Option<(f64, f64)> {
+fn tone(s: &RecordSeries, noise: f64) -> Option<(f64, f64)> {
     let spectrum = Spectrum::new(&s.measured[0], s.interval)?;
     let peak = spectrum.peak()?;
     let line = (peak.frequency / spectrum.step).round() as usize;

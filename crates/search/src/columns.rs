@@ -1,18 +1,18 @@
 //! Forces of terms along a given motion, and what a linear oscillator makes of them.
 
-use super::data::Series;
+use super::data::RecordSeries;
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, SampleBlock, Slots, Symbol, Term};
 
 /// Displacements and velocities along a record: `[mass][sample]`.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Path {
+pub(super) struct MotionPath {
     pub(super) x: Vec<Vec<f64>>,
     pub(super) v: Vec<Vec<f64>>,
 }
 
-impl Path {
+impl MotionPath {
     /// That of displacements, then velocities, and no more.
     pub(super) fn of(states: &[Vec<f64>]) -> Self {
         let (x, v) = states.split_at(states.len() / 2);
@@ -35,14 +35,14 @@ pub(super) struct Inputs<'a> {
     pub(super) rates: Vec<&'a [f64]>,
 }
 
-impl Series {
+impl RecordSeries {
     pub(super) fn clock(&self) -> Clock {
         Clock { start: self.start, interval: self.interval }
     }
 
     /// Its motion as smoothed without a model.
-    pub(super) fn path(&self) -> Path {
-        Path::of(&self.smoothed.states)
+    pub(super) fn path(&self) -> MotionPath {
+        MotionPath::of(&self.smoothed.states)
     }
 
     pub(super) fn inputs(&self) -> Inputs<'_> {
@@ -71,9 +71,9 @@ pub(super) fn forces(
     terms: &[impl AsRef<Term>],
     internals: &[Equation],
     layout: &Layout,
-    series: &Series,
+    series: &RecordSeries,
     inputs: &Inputs<'_>,
-    path: &Path,
+    path: &MotionPath,
 ) -> Vec<Vec<f64>> {
     let layout = Layout { internals: internals.len(), kind: Kind::SecondOrder, ..*layout };
     let z = integrate(internals, &layout, series.clock(), inputs, path);
@@ -99,7 +99,7 @@ fn integrate_linear(
     layout: &Layout,
     clock: Clock,
     inputs: &Inputs<'_>,
-    path: &Path,
+    path: &MotionPath,
 ) -> Option<Vec<Vec<f64>>> {
     let count = internals.len();
     if count > MOST_LINEAR {
@@ -166,7 +166,7 @@ pub(super) fn integrate(
     layout: &Layout,
     clock: Clock,
     inputs: &Inputs<'_>,
-    path: &Path,
+    path: &MotionPath,
 ) -> Vec<Vec<f64>> {
     const STEPS: usize = 1;
     let n = path.len();

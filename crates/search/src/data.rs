@@ -18,7 +18,7 @@ use sindyscope_values::term::{Kind, Layout, Term};
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
+pub(super) struct RecordSeries {
     pub(super) name: Arc<str>,
     pub(super) usage: Usage,
     pub(super) start: f64,
@@ -56,7 +56,7 @@ pub(super) struct Data {
     /// What the residuals of each sensor count: the first's noise over its own, so that all are told in the first's unit.
     pub(super) weights: Vec<f64>,
     /// Fitted records first, then held-out ones.
-    pub(super) series: Vec<Series>,
+    pub(super) series: Vec<RecordSeries>,
     /// Number of fitted records.
     pub(super) fitted: usize,
     /// What the search decides and budgets by.
@@ -87,6 +87,8 @@ const BAND: f64 = 0.999;
 /// What a coarse sensor is: steps of the displacement, in deviations of its noise, that noise no longer blurs: uniform between two steps, an error has
 /// a deviation of 0.29 of one.
 const COARSE: f64 = 2.0;
+/// Samples that a record has at least: of fewer there is no held-out error worth its name.
+pub(super) const FEWEST_SAMPLES: usize = 100;
 /// Below this share of the motion a residual is the simulation's own arithmetic.
 pub(super) const LEAST_NOISE: f64 = 1e-6;
 
@@ -95,42 +97,21 @@ impl Data {
         let (initial, constants) = (ask.initial, &ask.constants);
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
-        let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
+        let fit = usable(records, initial)?;
         let first = fit.first().ok_or(GapError::NothingToFit)?;
-        if let Some(short) = fit.iter().chain(&records.with(Usage::HeldOut).collect::<Vec<_>>()).find(|r| r.len() < 100)
-        {
-            return Err(GapError::TooShort { record: short.name.clone(), samples: short.len() });
-        }
-        if let Some((initial, record)) =
-            initial.and_then(|n| Some((n, records.with(Usage::HeldOut).find(|r| r.len() <= n)?)))
-        {
-            let (name, samples) = (record.name.clone(), record.len());
-            return Err(GapError::NothingToScore { record: name, samples, initial });
-        }
-        let samples: usize = fit.iter().map(|r| r.len()).sum();
+        let (set, stride) = thinned(records, constants.thinned_above);
         let mut notices = Vec::new();
-        let ample = constants.thinned_above;
-        let stride = if samples > ample { thinning(&fit).min(samples / (ample / 2).max(1)) } else { 1 };
-        let thinned: Vec<(Record, Usage)> = records
-            .with(Usage::Fit)
-            .map(|r| (r, Usage::Fit))
-            .chain(records.with(Usage::HeldOut).map(|r| (r, Usage::HeldOut)))
-            .map(|(r, usage)| (if stride > 1 { thin(r, stride) } else { Record::clone(r) }, usage))
-            .collect();
         if stride > 1 {
+            let samples: usize = fit.iter().map(|r| r.len()).sum();
             notices.push(format!(
                 "One sample in {stride} is used, behind a low-pass filter at {:.3} Hz: the motion is slower by far, and {samples} samples would say no more.",
                 0.4 / (first.interval * stride as f64)
             ));
         }
-        let mut set = RecordSet::default();
-        for (record, usage) in &thinned {
-            set.entries.push((Arc::new(record.clone()), *usage));
-        }
         let smoothing = suggest(&set, kind).map_err(|e| GapError::Records(e.to_string()))?.smoothing;
         let sensors: Vec<Role> =
             (0..layout.freedoms).map(|i| first.sensor(i).map_or(Role::Displacement(i), |c| c.role)).collect();
-        for (record, role) in thinned.iter().flat_map(|(r, _)| sensors.iter().map(move |role| (r, *role))) {
+        for (record, role) in set.entries.iter().flat_map(|(r, _)| sensors.iter().map(move |role| (r, *role))) {
             if record.channel(role).is_none() {
                 let (noun, name, other) = (role.noun(), &record.name, &first.name);
                 return Err(GapError::Records(format!("record `{name}` has no {noun}, record `{other}` has")));
@@ -140,8 +121,8 @@ impl Data {
         let mut dataset = Dataset::default();
         dataset.update(&set, &layout, &smoothing, || Ok::<(), GapError>(()))?;
         let prepared = dataset.records.iter().zip(&set.entries);
-        let mut series: Vec<Series> =
-            prepared.map(|(record, (_, usage))| Series::new(record, &sensors, *usage)).collect();
+        let mut series: Vec<RecordSeries> =
+            prepared.map(|(record, (_, usage))| RecordSeries::new(record, &sensors, *usage)).collect();
         let fitted = fit.len();
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
@@ -149,7 +130,7 @@ impl Data {
         share_limits(&mut series);
         let of_displacement = |i: usize| if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
         // A velocity or an acceleration makes more of what is fast than the displacement does.
-        let moved = |s: &Series, i: usize| -> Arc<[f64]> {
+        let moved = |s: &RecordSeries, i: usize| -> Arc<[f64]> {
             if outputs[i] == Output::Displacement(i) {
                 Arc::clone(&s.measured[i])
             } else {
@@ -161,7 +142,7 @@ impl Data {
             .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
             .map_or_else(|| 4.0 / first.duration(), f64::recip);
         let noise = noises.first().copied().unwrap_or(0.0);
-        let still = series[..fitted].iter().all(Series::is_undriven);
+        let still = series[..fitted].iter().all(RecordSeries::is_undriven);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
             series[..fitted].iter().map(|s| (s.interval, Arc::clone(&s.measured[0]))).collect();
         let period_of = |i: usize| {
@@ -174,13 +155,10 @@ impl Data {
         for part in [fit_part, held_part] {
             part.iter_mut().enumerate().for_each(|(k, s)| s.index = k);
         }
-        let steps: Vec<Option<f64>> = (0..sensors.len())
-            .map(|i| step(series[..fitted].iter().flat_map(|s| s.measured[i].iter().copied()).collect()))
-            .collect();
-        let coarsest = (0..sensors.len()).find(|i| steps[*i].is_some_and(|step| step > COARSE * noises[*i]));
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
         let shown_unit = unit(sensors[0]);
-        if let Some((i, step)) = coarsest.and_then(|i| Some((i, steps[i]?))) {
+        let coarse = coarse_steps(&series[..fitted], &noises);
+        if let Some((i, step)) = coarse {
             let step = format_si(step, &unit(sensors[i]), 3);
             let shown = sensors[i].noun();
             notices.push(format!(
@@ -202,7 +180,7 @@ impl Data {
             counters: Arc::default(),
             initial: initial.map(|n| n.div_ceil(stride)),
             noise,
-            stepped: coarsest.is_some(),
+            stepped: coarse.is_some(),
             self_sustained: still && sustained(&fitted_series),
             datum: 0.0,
             frequency,
@@ -235,7 +213,7 @@ impl Data {
         // The regression's point where it is sound, else the middle of the motion.
         let point = if (point - mean).abs() < 2.0 * variance.sqrt() { point } else { mean };
         // A motion that does not come back to it is about no point.
-        let above = |s: &Series| s.measured[0].iter().map(|x| *x > point).collect::<Vec<bool>>();
+        let above = |s: &RecordSeries| s.measured[0].iter().map(|x| *x > point).collect::<Vec<bool>>();
         let passes: usize = self.fit().iter().map(|s| above(s).windows(2).filter(|w| w[0] != w[1]).count()).sum();
         if passes < 2 * self.fitted {
             return None;
@@ -269,13 +247,52 @@ impl Data {
         self.outputs.iter().any(|o| o.is_rate())
     }
 
-    pub(super) fn fit(&self) -> &[Series] {
+    pub(super) fn fit(&self) -> &[RecordSeries] {
         &self.series[..self.fitted]
     }
 
-    pub(super) fn held_out(&self) -> &[Series] {
+    pub(super) fn held_out(&self) -> &[RecordSeries] {
         &self.series[self.fitted..]
     }
+}
+
+/// The records that are fitted, if all that is asked for can be done with them.
+fn usable(records: &RecordSet, initial: Option<usize>) -> Result<Vec<&Arc<Record>>, GapError> {
+    let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
+    if fit.is_empty() {
+        return Err(GapError::NothingToFit);
+    }
+    let held_out = || records.with(Usage::HeldOut);
+    if let Some(short) = fit.iter().copied().chain(held_out()).find(|r| r.len() < FEWEST_SAMPLES) {
+        return Err(GapError::TooShort { record: short.name.clone(), samples: short.len() });
+    }
+    if let Some((initial, record)) = initial.and_then(|n| Some((n, held_out().find(|r| r.len() <= n)?))) {
+        return Err(GapError::NothingToScore { record: record.name.clone(), samples: record.len(), initial });
+    }
+    Ok(fit)
+}
+
+/// The records, fitted ones first, and one sample in how many of them is used: of more than `ample` samples fewer say as much
+/// where the motion is slower by far.
+fn thinned(records: &RecordSet, ample: usize) -> (RecordSet, usize) {
+    let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
+    let samples: usize = fit.iter().map(|r| r.len()).sum();
+    let stride = if samples > ample { thinning(&fit).min(samples / (ample / 2).max(1)) } else { 1 };
+    let mut set = RecordSet::default();
+    for usage in [Usage::Fit, Usage::HeldOut] {
+        let used = |record: &Arc<Record>| if stride > 1 { Arc::new(thin(record, stride)) } else { Arc::clone(record) };
+        set.entries.extend(records.with(usage).map(|record| (used(record), usage)));
+    }
+    (set, stride)
+}
+
+/// The first sensor whose readings come in steps coarser than its noise, with the step.
+fn coarse_steps(fitted: &[RecordSeries], noises: &[f64]) -> Option<(usize, f64)> {
+    let of = |(i, noise): (usize, &f64)| {
+        let step = step(fitted.iter().flat_map(|s| s.measured[i].iter().copied()).collect())?;
+        (step > COARSE * noise).then_some((i, step))
+    };
+    noises.iter().enumerate().find_map(of)
 }
 
 /// True if a channel's header tells only that it is an input.
@@ -304,7 +321,7 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
 const PERIODS: f64 = 5.0;
 
 /// Noise of the sensor of a mass over several records.
-fn pooled_noise(series: &[Series], mass: usize) -> f64 {
+fn pooled_noise(series: &[RecordSeries], mass: usize) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for s in series {
         let n = s.len() as f64;
@@ -315,7 +332,7 @@ fn pooled_noise(series: &[Series], mass: usize) -> f64 {
 }
 
 /// The first sensor's noise over each one's; noise is never less than the arithmetic's own share of the motion.
-fn weights(series: &[Series], noises: &[f64]) -> Vec<f64> {
+fn weights(series: &[RecordSeries], noises: &[f64]) -> Vec<f64> {
     let floored = |(i, noise): (usize, &f64)| {
         let largest = series.iter().map(|s| rms(&s.measured[i])).fold(0.0, f64::max);
         noise.max(LEAST_NOISE * largest).max(f64::MIN_POSITIVE)
@@ -324,7 +341,7 @@ fn weights(series: &[Series], noises: &[f64]) -> Vec<f64> {
     floored.iter().map(|noise| floored[0] / noise).collect()
 }
 
-impl Series {
+impl RecordSeries {
     fn new(prepared: &Prepared, sensors: &[Role], usage: Usage) -> Self {
         let Prepared { record, signals, .. } = prepared;
         let drive = prepared.drive();
@@ -383,7 +400,7 @@ impl Series {
 }
 
 /// Gives all records the range of the largest motion: what friction held still in one may move far in a model without it.
-fn share_limits(series: &mut [Series]) {
+fn share_limits(series: &mut [RecordSeries]) {
     let largest = |k: usize| series.iter().filter_map(|s| s.limits.get(k)).copied().fold(0.0, f64::max);
     let limits: Vec<f64> = (0..series.first().map_or(0, |s| s.limits.len())).map(largest).collect();
     series.iter_mut().for_each(|s| s.limits.clone_from(&limits));

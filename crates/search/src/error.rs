@@ -1,3 +1,4 @@
+use super::data::FEWEST_SAMPLES;
 use sindyscope_core::remedy::Remedy;
 
 /// Why a search for missing effects cannot be made.
@@ -10,7 +11,7 @@ pub enum GapError {
     #[error("there is no record to fit")]
     NothingToFit,
     /// A record is too short.
-    #[error("record `{record}` has {samples} samples; at least 100 are needed")]
+    #[error("record `{record}` has {samples} samples; at least {} are needed", FEWEST_SAMPLES)]
     TooShort {
         /// The record.
         record: String,

@@ -7,8 +7,8 @@
 
 use statrs::distribution::{ContinuousCDF as _, FisherSnedecor};
 
-use super::columns::Path;
-use super::data::{Data, Series};
+use super::columns::MotionPath;
+use super::data::{Data, RecordSeries};
 use super::effects::{Addition, Form};
 use super::fit::{Fitted, WHOLE};
 use super::outcome::{Evidence, Test};
@@ -251,7 +251,7 @@ impl Data {
             let limit = |mut column: Vec<f64>, k: usize| -> Option<f64> {
                 basis.remove(&mut column);
                 let size = dot(&column, &column).sqrt();
-                let shape = |(s, p): (&Series, &Path)| {
+                let shape = |(s, p): (&RecordSeries, &MotionPath)| {
                     let terms = &addition.terms[k..=k];
                     rms(&super::columns::forces(terms, &addition.internals, &self.layout, s, &s.inputs(), p)[0])
                 };
@@ -325,7 +325,7 @@ impl Shapes<'_> {
     fn memory(&self) -> Vec<PerRecord> {
         let pairs = self.scaled();
         let lag = |quarters: usize, f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
-            let series = |(s, (x, v)): (&Series, &(Vec<f64>, Vec<f64>))| {
+            let series = |(s, (x, v)): (&RecordSeries, &(Vec<f64>, Vec<f64>))| {
                 let back = (quarters as f64 * 0.25 / (self.data.frequency * s.interval)).round() as usize;
                 (0..s.len()).map(|k| if k >= back { f(x[k - back], v[k - back]) } else { 0.0 }).collect()
             };
@@ -365,13 +365,14 @@ impl Shapes<'_> {
 
     fn of_input(&self, j: usize) -> Vec<PerRecord> {
         let data = self.data;
-        let largest = |pick: fn(&Series) -> &Vec<Vec<f64>>| {
+        let largest = |pick: fn(&RecordSeries) -> &Vec<Vec<f64>>| {
             data.fit().iter().map(|s| rms(&pick(s)[j])).fold(f64::MIN_POSITIVE, f64::max) * 2.0
         };
         let (su, sdu) = (largest(|s| &s.inputs), largest(|s| &s.input_rates));
         let input = |f: &dyn Fn(f64, f64) -> f64| -> PerRecord {
-            let series =
-                |s: &Series| s.inputs[j].iter().zip(&s.input_rates[j]).map(|(u, du)| f(u / su, du / sdu)).collect();
+            let series = |s: &RecordSeries| {
+                s.inputs[j].iter().zip(&s.input_rates[j]).map(|(u, du)| f(u / su, du / sdu)).collect()
+            };
             data.fit().iter().map(series).collect()
         };
         vec![

@@ -89,7 +89,7 @@ impl ProposedDrive {
     }
 }
 
-struct Proposal {
+struct ExperimentProposal {
     text: String,
     drive: ProposedDrive,
 }
@@ -106,7 +106,7 @@ impl Data {
         let (model, composed) = best.composition.model(&best.parameters);
         let simulator = Simulator::new(&model).ok()?;
         let cancelled = || cancel.is_cancelled();
-        let mut found: Option<(f64, Proposal)> = None;
+        let mut found: Option<(f64, ExperimentProposal)> = None;
         for proposal in self.menu() {
             let driven: Vec<Vec<f64>> =
                 (0..self.layout.inputs).map(|j| proposal.drive.values(j, interval, count)).collect();
@@ -152,7 +152,7 @@ impl Data {
                 found = Some((apart, proposal));
             }
         }
-        let (apart, Proposal { text, drive }) = found?;
+        let (apart, ExperimentProposal { text, drive }) = found?;
         let length = PERIODS / self.frequency;
         if apart > LEAST_APART {
             let text = format!(
@@ -169,15 +169,15 @@ impl Data {
         Some(NextExperiment { text, test: None })
     }
 
-    fn menu(&self) -> Vec<Proposal> {
+    fn menu(&self) -> Vec<ExperimentProposal> {
         let f = self.frequency;
         let reach = self.fit().iter().map(|s| s.limits[0] / 10.0).fold(0.0, f64::max);
         let whose = if self.masses() > 1 { "the first mass" } else { "it" };
-        let release = |factor: f64| Proposal {
+        let release = |factor: f64| ExperimentProposal {
             text: format!("Let {whose} go from {} {} without input", significant(factor * reach, 2), self.unit),
             drive: ProposedDrive::Release(factor * reach),
         };
-        let mut menu: Vec<Proposal> = [1.0, 0.3, 2.0].map(release).into();
+        let mut menu: Vec<ExperimentProposal> = [1.0, 0.3, 2.0].map(release).into();
         let hz = |f: f64| significant(f, 3);
         for input in 0..self.layout.inputs {
             let level = self.fit().iter().map(|s| rms(&s.inputs[input])).fold(0.0, f64::max) * std::f64::consts::SQRT_2;
@@ -192,12 +192,12 @@ impl Data {
                 [(0.5, "half the level so far"), (1.0, "the level so far"), (2.0, "twice the level so far")]
             {
                 let amplitude = factor * level;
-                menu.extend([0.5, 1.0, 1.6].map(|tone| Proposal {
+                menu.extend([0.5, 1.0, 1.6].map(|tone| ExperimentProposal {
                     text: format!("Run a tone of {} Hz{by} from rest at {name}", hz(tone * f)),
                     drive: ProposedDrive::Tone { input, amplitude, frequency: tone * f },
                 }));
                 let band = (0.3 * f, 2.5 * f);
-                menu.push(Proposal {
+                menu.push(ExperimentProposal {
                     text: format!("Sweep from {} to {} Hz{by} at {name}", hz(band.0), hz(band.1)),
                     drive: ProposedDrive::Sweep { input, amplitude, band },
                 });

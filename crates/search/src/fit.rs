@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::columns::{Inputs, Path, forces};
-use super::data::{Data, LEAST_NOISE, Series};
+use super::columns::{Inputs, MotionPath, forces};
+use super::data::{Data, LEAST_NOISE, RecordSeries};
 use super::motion::{Oscillator, Slopes, Variation};
 use super::outcome::{Beginnings, Gap};
 use super::parameters::{InnerValues, Parameters};
@@ -198,7 +198,7 @@ impl Data {
 
     /// The fitted records, each as one run.
     pub(super) fn whole(&self) -> Vec<Run> {
-        self.fit().iter().map(Series::run).collect()
+        self.fit().iter().map(RecordSeries::run).collect()
     }
 
     /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
@@ -332,7 +332,7 @@ impl Data {
             refitted.push(again.map_or_else(lost, |f| f.refined.point.shared));
             folds.push(fold(&found, &test));
         }
-        let spread = |series: &[Series]| {
+        let spread = |series: &[RecordSeries]| {
             let (mut squares, mut count) = (0.0, 0.0);
             for s in series {
                 squares += s.len() as f64 * mean_and_variance(&s.measured[0]).1;
@@ -373,7 +373,7 @@ impl Data {
         initial: usize,
         composition: &Composition,
         shared: &[f64],
-        s: &Series,
+        s: &RecordSeries,
         cancel: &Cancel,
     ) -> (Followed, Option<Fold>) {
         let cancelled = || cancel.is_cancelled();
@@ -407,7 +407,7 @@ impl Data {
         &self,
         terms: &[Placed],
         internals: &[Equation],
-        paths: &[Path],
+        paths: &[MotionPath],
         prior: f64,
     ) -> Option<Vec<f64>> {
         let omega = std::f64::consts::TAU * self.frequency;
@@ -471,7 +471,7 @@ impl Data {
 
     /// Scales of a composition's shared parameters: what changes the acceleration by a hundredth of its size, and a
     /// fifth of an inner quantity.
-    pub(super) fn scales(&self, composition: &Composition, inner: &InnerValues, paths: &[Path]) -> Parameters {
+    pub(super) fn scales(&self, composition: &Composition, inner: &InnerValues, paths: &[MotionPath]) -> Parameters {
         let composed = composition.compose(inner);
         let omega = std::f64::consts::TAU * self.frequency;
         let mut squares = vec![0.0; composed.terms.len()];
@@ -502,7 +502,13 @@ impl Data {
     }
 
     /// What a small force does along a simulated motion under accelerations of these terms.
-    pub(super) fn variation(&self, terms: &[Placed], coefficients: &[f64], s: &Series, path: &Path) -> Variation {
+    pub(super) fn variation(
+        &self,
+        terms: &[Placed],
+        coefficients: &[f64],
+        s: &RecordSeries,
+        path: &MotionPath,
+    ) -> Variation {
         let oscillator = self.oscillator(terms, coefficients, s.interval);
         let layout = Layout { internals: 0, ..self.layout };
         let masses = self.masses();
@@ -530,7 +536,7 @@ impl Data {
             values: values.iter().map(Vec::as_slice).collect(),
             rates: rates.iter().map(Vec::as_slice).collect(),
         };
-        let force = |path: &Path| -> Vec<Vec<f64>> {
+        let force = |path: &MotionPath| -> Vec<Vec<f64>> {
             let columns = forces(&own, &[], &self.layout, s, &inputs, path);
             accelerations(masses, &own, &weights, &columns, n)
         };
@@ -548,7 +554,7 @@ impl Data {
             (0..n).map(change).collect()
         };
         let centre =
-            Path { x: path.x.iter().map(|x| middle(x)).collect(), v: path.v.iter().map(|v| middle(v)).collect() };
+            MotionPath { x: path.x.iter().map(|x| middle(x)).collect(), v: path.v.iter().map(|v| middle(v)).collect() };
         let mut slopes = Slopes { stiffness: vec![0.0; n * masses * masses], damping: vec![0.0; n * masses * masses] };
         for j in 0..masses {
             let wx = width(&path.x, j, s.inputs.first());

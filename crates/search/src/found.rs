@@ -11,7 +11,7 @@ use std::sync::Arc;
 use flate2::Crc;
 use serde::{Deserialize, Serialize};
 
-use super::effects::Axis;
+use super::effects::ForceAxis;
 use super::outcome::{
     Added, Beginnings, Candidate, Choice, Description, Diagnosis, Evidence, Finding, Gap, Lead, Remaining, Round,
     Stage, Standing, Verdict,
@@ -58,7 +58,7 @@ pub(super) struct FoundStage {
 pub(super) struct FoundResponse {
     pub(super) record: String,
     /// One a stretch.
-    pub(super) stretches: Vec<Stretch>,
+    pub(super) stretches: Vec<KeptStretch>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) offsets: Vec<f64>,
 }
@@ -66,20 +66,20 @@ pub(super) struct FoundResponse {
 /// The samples of a stretch and its initial state, one line of text: `0..500: 0.01 -0.2`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub(super) struct Stretch {
+pub(super) struct KeptStretch {
     pub(super) samples: Range<usize>,
     pub(super) state: Vec<f64>,
 }
 
-impl From<Stretch> for String {
-    fn from(stretch: Stretch) -> Self {
-        let Stretch { samples, state } = stretch;
+impl From<KeptStretch> for String {
+    fn from(stretch: KeptStretch) -> Self {
+        let KeptStretch { samples, state } = stretch;
         let state: Vec<Self> = state.iter().map(|value| format!("{value:?}")).collect();
         format!("{}..{}: {}", samples.start, samples.end, state.join(" "))
     }
 }
 
-impl TryFrom<String> for Stretch {
+impl TryFrom<String> for KeptStretch {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -135,7 +135,7 @@ pub(super) struct FoundCandidate {
     pub(super) confused_with: Vec<String>,
     /// What its force is drawn over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) over: Option<Axis>,
+    pub(super) over: Option<ForceAxis>,
 }
 
 /// What the walk came to with some effects.
@@ -269,7 +269,7 @@ impl FoundStage {
     fn of(stage: &Stage) -> Self {
         let responses = stage.traces.iter().map(|trace| {
             let Beginnings { stretches, offsets } = trace.beginnings.clone();
-            let stretches = stretches.into_iter().map(|(samples, state)| Stretch { samples, state }).collect();
+            let stretches = stretches.into_iter().map(|(samples, state)| KeptStretch { samples, state }).collect();
             FoundResponse { record: trace.record.to_string(), stretches, offsets }
         });
         Self {

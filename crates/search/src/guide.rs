@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::effects::{Addition, Axis, Direction, FAMILIES, Form, Frame, OwnEffect, Setting, own};
+use super::effects::{Addition, Direction, EffectSetting, FAMILIES, ForceAxis, Form, Frame, OwnEffect, own};
 use super::site::Placed;
 use sindyscope_values::term::{Layout, Term};
 
@@ -117,13 +117,13 @@ const OWN: &str = "Your own";
 
 /// One mass that moves about a metre at about a hertz, on a moving base or under a force: between the two every effect of the
 /// catalogue makes sense.
-fn example(base_excited: bool) -> Setting {
+fn example(base_excited: bool) -> EffectSetting {
     let mut frames = Frame::all(1, base_excited);
     frames.iter_mut().for_each(|f| (f.reach, f.speed, f.speed_noise, f.usual_speed) = (1.0, 6.0, 0.01, Some(2.0)));
     // The second has a damper, which an effect may turn round; the first has none, so that one can be added.
     let across: &[&str] = if base_excited { &["x-u"] } else { &["x", "v"] };
     let terms = across.iter().filter_map(|text| Some(Placed { mass: 0, term: Term::parse(text).ok()? }));
-    Setting {
+    EffectSetting {
         base_excited,
         passive: true,
         input_open: false,
@@ -162,10 +162,10 @@ fn entry(form: &Form, family: &'static str) -> Entry {
         formula: form.formula,
         separates: form.separates,
         axis: match form.axis {
-            Axis::Displacement => "displacement",
-            Axis::Velocity => "velocity",
-            Axis::Input(_) => "input",
-            Axis::Time => "time",
+            ForceAxis::Displacement => "displacement",
+            ForceAxis::Velocity => "velocity",
+            ForceAxis::Input(_) => "input",
+            ForceAxis::Time => "time",
         },
         parameters: coefficients.chain(inner).collect(),
         forms: vec![placed(form)],

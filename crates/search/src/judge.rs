@@ -14,7 +14,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
 use super::constants::{Constants, QUANTILE};
-use super::data::{Data, Series};
+use super::data::{Data, RecordSeries};
 use super::effects::Form;
 use super::fit::Fitted;
 use super::outcome::Lead;
@@ -223,7 +223,7 @@ impl Data {
     /// Length of a block, s: where few periods are unseen, such that some blocks can be told from one.
     fn block(&self) -> f64 {
         let seconds = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).sum::<f64>();
-        let held_out: Vec<Run> = self.held_out().iter().map(Series::run).collect();
+        let held_out: Vec<Run> = self.held_out().iter().map(RecordSeries::run).collect();
         let unseen = seconds(&held_out) + self.folds().iter().map(|(_, test)| seconds(test)).sum::<f64>();
         self.constants.block_length(self.period, unseen)
     }

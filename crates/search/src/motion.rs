@@ -248,7 +248,7 @@ pub(super) struct Sensing<'a> {
     pub(super) reach: &'a [f64],
 }
 
-struct Walk {
+struct StateWalk {
     masses: usize,
     f: DMatrix<f64>,
     q: DMatrix<f64>,
@@ -262,7 +262,7 @@ struct Walk {
 const FORGOTTEN: f64 = 5.0;
 
 /// Transition and process noise of (e, e′, f) for random walks of unit intensity.
-fn walk(oscillator: &Oscillator, seen: Sensing<'_>) -> Walk {
+fn walk(oscillator: &Oscillator, seen: Sensing<'_>) -> StateWalk {
     let n = oscillator.masses();
     let h = oscillator.interval;
     let system = Oscillator::matrix(&oscillator.stiffness, &oscillator.damping);
@@ -298,7 +298,7 @@ fn walk(oscillator: &Oscillator, seen: Sensing<'_>) -> Walk {
         let g = (&a * (0.5 * h * (1.0 + x))).exp() * &pushes;
         q += &g * g.transpose() * (0.5 * h * w);
     }
-    Walk {
+    StateWalk {
         masses: n,
         f: (a * h).exp(),
         q,
@@ -310,7 +310,7 @@ fn walk(oscillator: &Oscillator, seen: Sensing<'_>) -> Walk {
 
 /// A Kalman filter's covariance and gain, which settle: from then on they are not computed again.
 struct Filter<'a> {
-    walk: &'a Walk,
+    walk: &'a StateWalk,
     q: DMatrix<f64>,
     /// Covariance before and after the sample was seen.
     predicted: DMatrix<f64>,
@@ -326,7 +326,7 @@ struct Filter<'a> {
 const SETTLED: f64 = 1e-13;
 
 impl<'a> Filter<'a> {
-    fn new(walk: &'a Walk, predicted: DMatrix<f64>, ratio: f64) -> Self {
+    fn new(walk: &'a StateWalk, predicted: DMatrix<f64>, ratio: f64) -> Self {
         let none = DMatrix::zeros(0, 0);
         let mut filter = Self {
             walk,
@@ -407,7 +407,7 @@ impl Mean {
 
 /// Log-likelihood of the series under random walks of `ratio` times the noise's variance, that variance being whatever
 /// suits best, and the variance.
-fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
+fn likelihood(walk: &StateWalk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
     let (mut squares, mut logs, mut count) = (0.0, 0.0, 0usize);
     for e in series {
         let (m, p) = start(e, ratio, walk);
@@ -427,7 +427,7 @@ fn likelihood(walk: &Walk, series: &[&[f64]], ratio: f64) -> (f64, f64) {
 }
 
 /// A wide start: the first samples decide.
-fn start(e: &[f64], ratio: f64, walk: &Walk) -> (DVector<f64>, DMatrix<f64>) {
+fn start(e: &[f64], ratio: f64, walk: &StateWalk) -> (DVector<f64>, DMatrix<f64>) {
     const WIDE: f64 = 1e4;
     let n = walk.masses;
     let samples = e.len() / walk.outputs.len().max(1);
@@ -486,7 +486,7 @@ pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], seen: Sensing<'
     series.iter().map(|e| smoother(&walk, e, ratio, variance)).collect()
 }
 
-fn smoother(walk: &Walk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
+fn smoother(walk: &StateWalk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {
     let n = walk.masses;
     let samples = e.len() / walk.outputs.len().max(1);
     let (m, p) = start(e, ratio, walk);

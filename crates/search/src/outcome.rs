@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::effects::Axis;
+use super::effects::ForceAxis;
 use super::experiment::NextExperiment;
 use super::fit::Fitted;
 use super::records::RecordScore;
@@ -235,7 +235,7 @@ pub struct Candidate {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
     /// Which kind of quantity is across; none where there is no curve.
-    pub over: Option<Axis>,
+    pub over: Option<ForceAxis>,
     /// The quantity across: `v`, `x − u`, `t`.
     pub axis: String,
     /// Its unit.

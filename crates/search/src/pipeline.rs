@@ -416,8 +416,8 @@ impl Search {
         there.is_none_or(|rss| rss - refined.rss > least * least * inflation * variance)
     }
 
-    pub(super) fn smoothed_paths(&self) -> Vec<super::columns::Path> {
-        self.data.fit().iter().map(super::data::Series::path).collect()
+    pub(super) fn smoothed_paths(&self) -> Vec<super::columns::MotionPath> {
+        self.data.fit().iter().map(super::data::RecordSeries::path).collect()
     }
 }
 

@@ -3,8 +3,8 @@
 use sindyscope_values::format::units::raised;
 use std::f64::consts::TAU;
 
-use super::columns::Path;
-use super::data::{Data, Series};
+use super::columns::MotionPath;
+use super::data::{Data, RecordSeries};
 use super::effects::unit;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
@@ -28,7 +28,7 @@ fn error(mean: &VisitMean) -> Option<f64> {
     (mean.visits() >= MIN_VISITS).then(|| mean.error())
 }
 
-struct Quantity {
+struct ProfileQuantity {
     name: String,
     /// The motion across a site, not of the input or of time.
     motion: Option<Across>,
@@ -88,10 +88,10 @@ impl Data {
         Place { sentence, mass: lead, force, map, profiles }
     }
 
-    fn quantities(&self, motion: &Motion) -> Vec<Quantity> {
+    fn quantities(&self, motion: &Motion) -> Vec<ProfileQuantity> {
         let speed = unit(&self.unit, (1, -1));
         let masses = self.masses();
-        let of = |pick: &dyn Fn(&Series, &Path, usize) -> f64| -> Vec<Vec<f64>> {
+        let of = |pick: &dyn Fn(&RecordSeries, &MotionPath, usize) -> f64| -> Vec<Vec<f64>> {
             let pairs = self.fit().iter().zip(&motion.measured);
             pairs.map(|(s, p)| (0..s.len()).map(|k| pick(s, p, k)).collect()).collect()
         };
@@ -99,13 +99,13 @@ impl Data {
         let mut list = Vec::new();
         for site in Site::all(masses, self.base_excited) {
             let datum = if matches!(site, Site::Ground(_)) { self.datum } else { 0.0 };
-            list.push(Quantity {
+            list.push(ProfileQuantity {
                 name: site.displacement(&self.layout),
                 motion: Some(Across::Displacement(site)),
                 unit: self.unit.clone(),
                 values: of(&|s, p, k| site.across(|i| p.x[i][k], input(&s.inputs, k)) + datum),
             });
-            list.push(Quantity {
+            list.push(ProfileQuantity {
                 name: site.velocity(&self.layout),
                 motion: Some(Across::Velocity(site)),
                 unit: speed.clone(),
@@ -113,13 +113,13 @@ impl Data {
             });
         }
         for (j, length) in self.input_units.iter().enumerate() {
-            list.push(Quantity {
+            list.push(ProfileQuantity {
                 name: self.layout.name(Symbol::Input(j)),
                 motion: None,
                 unit: length.clone(),
                 values: self.fit().iter().map(|s| s.inputs[j].clone()).collect(),
             });
-            list.push(Quantity {
+            list.push(ProfileQuantity {
                 name: self.layout.name(Symbol::InputRate(j)),
                 motion: None,
                 unit: unit(length, (1, -1)),
@@ -128,19 +128,19 @@ impl Data {
         }
         let lead = self.lead(motion);
         let omega = TAU * self.frequency;
-        list.push(Quantity {
+        list.push(ProfileQuantity {
             name: "amplitude".into(),
             motion: None,
             unit: self.unit.clone(),
             values: of(&|_, p, k| p.x[lead][k].hypot(p.v[lead][k] / omega)),
         });
-        list.push(Quantity {
+        list.push(ProfileQuantity {
             name: "phase".into(),
             motion: None,
             unit: "rad".into(),
             values: of(&|_, p, k| (-p.v[lead][k] / omega).atan2(p.x[lead][k])),
         });
-        list.push(Quantity {
+        list.push(ProfileQuantity {
             name: "t".into(),
             motion: None,
             unit: "s".into(),
@@ -176,7 +176,7 @@ impl Data {
     }
 
     /// The stretches of two periods in which a sensor's error is largest, that do not overlap.
-    fn worst(&self, s: &Series, residual: &[f64]) -> Vec<(f64, f64)> {
+    fn worst(&self, s: &RecordSeries, residual: &[f64]) -> Vec<(f64, f64)> {
         let length = ((2.0 / (self.frequency * s.interval)) as usize).clamp(1, residual.len());
         let mut blocks: Vec<(usize, f64)> = residual.chunks(length).enumerate().map(|(k, c)| (k, rms(c))).collect();
         blocks.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -189,8 +189,8 @@ impl Data {
     }
 }
 
-fn map(across: &Quantity, up: &Quantity, missing: &[&[f64]]) -> Map {
-    let over = |quantity: &Quantity| Bins::over(quantity.values.iter().flatten(), CELLS);
+fn map(across: &ProfileQuantity, up: &ProfileQuantity, missing: &[&[f64]]) -> Map {
+    let over = |quantity: &ProfileQuantity| Bins::over(quantity.values.iter().flatten(), CELLS);
     let (columns, rows) = (over(across), over(up));
     let cells: Vec<Vec<Option<usize>>> = across
         .values
@@ -209,7 +209,7 @@ fn map(across: &Quantity, up: &Quantity, missing: &[&[f64]]) -> Map {
     }
 }
 
-fn profile(quantity: &Quantity, missing: &[&[f64]]) -> Profile {
+fn profile(quantity: &ProfileQuantity, missing: &[&[f64]]) -> Profile {
     let bins = Bins::over(quantity.values.iter().flatten(), BINS);
     let places: Vec<Vec<Option<usize>>> =
         quantity.values.iter().map(|v| v.iter().map(|v| bins.index(*v)).collect()).collect();
@@ -258,8 +258,8 @@ const CONSTANT: f64 = 0.9;
 /// One plain sentence on the profile that explains most.
 fn sentence(
     profiles: &[Profile],
-    quantities: &[Quantity],
-    (missing, paths): (&[&[f64]], &[Path]),
+    quantities: &[ProfileQuantity],
+    (missing, paths): (&[&[f64]], &[MotionPath]),
     (lead, whose): (usize, Option<usize>),
     acceleration: &str,
 ) -> String {

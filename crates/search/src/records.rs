@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::data::Series;
+use super::data::RecordSeries;
 use super::fit::{Fitted, WHOLE, Wanted};
 use super::search::Search;
 use sindyscope_core::refine::{Run, Structure as _, shoot};
@@ -104,7 +104,7 @@ impl Search {
     }
 
     /// What the first sensor would show of a whole record, its initial state fitted; none where the run does not last.
-    fn free_run(&self, fitted: &Fitted, s: &Series, cancel: &Cancel) -> Option<Vec<f64>> {
+    fn free_run(&self, fitted: &Fitted, s: &RecordSeries, cancel: &Cancel) -> Option<Vec<f64>> {
         let runs = [Run { record: 0, ..s.run() }];
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;

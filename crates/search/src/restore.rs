@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use sindyscope_core::parallel::prelude::*;
 
-use super::data::Series;
+use super::data::RecordSeries;
 use super::effects::{Addition, Form};
 use super::error::GapError;
 use super::experiment::NextExperiment;
@@ -201,7 +201,7 @@ impl Search {
         let parameters = Parameters { coefficients, inner: composition.middle() };
         let (fit, held) = kept.responses.split_at(data.fit().len());
         let refined =
-            |series: &[Series], kept: &[FoundResponse]| retraced(&composition, &parameters, series, kept, cancel);
+            |series: &[RecordSeries], kept: &[FoundResponse]| retraced(&composition, &parameters, series, kept, cancel);
         let (runs, refined_fit) = refined(data.fit(), fit)?;
         let mut held_out = Vec::new();
         for (s, kept) in data.held_out().iter().zip(held) {
@@ -251,7 +251,7 @@ fn restored_description(kept: &FoundDescription, stage: Arc<Stage>) -> Descripti
 fn retraced(
     composition: &Composition,
     parameters: &Parameters,
-    series: &[Series],
+    series: &[RecordSeries],
     kept: &[FoundResponse],
     cancel: &Cancel,
 ) -> Option<(Vec<Run>, Refined)> {

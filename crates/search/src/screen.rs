@@ -6,9 +6,9 @@
 
 use sindyscope_core::parallel::prelude::*;
 
-use super::columns::{Path, forces};
+use super::columns::{MotionPath, forces};
 use super::constants::LARGEST_SET;
-use super::data::{Data, Series};
+use super::data::{Data, RecordSeries};
 use super::effects::{Addition, Form};
 use super::fit::Fitted;
 use super::motion::{Sensing, Smoothed, Variation, smooth};
@@ -22,9 +22,9 @@ use sindyscope_core::study::Cancel;
 /// The motion of every fitted record under a fitted model.
 pub(super) struct Motion {
     /// As simulated.
-    pub(super) simulated: Vec<Path>,
+    pub(super) simulated: Vec<MotionPath>,
     /// As measured: the simulation and what the smoother says it missed.
-    pub(super) measured: Vec<Path>,
+    pub(super) measured: Vec<MotionPath>,
     /// What the model lacks, force per unit of mass: `[record][mass][sample]`.
     pub(super) missing: Vec<Vec<Vec<f64>>>,
     /// Its standard deviation.
@@ -71,7 +71,7 @@ impl Data {
                 &delayed
             };
             let masses = self.masses();
-            let mut path = Path { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
+            let mut path = MotionPath { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
             let mut driven = Vec::new();
             let runs = fitted.runs.iter().zip(&fitted.refined.point.own).filter(|(run, _)| run.record == r);
             for (run, own) in runs {
@@ -115,8 +115,8 @@ impl Data {
             let sum = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
                 a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect()
             };
-            let there = Path { x: sum(&path.x, &smoothed.displacement), v: sum(&path.v, &smoothed.velocity) };
-            let acceleration = |path: &Path| -> Vec<Vec<f64>> {
+            let there = MotionPath { x: sum(&path.x, &smoothed.displacement), v: sum(&path.v, &smoothed.velocity) };
+            let acceleration = |path: &MotionPath| -> Vec<Vec<f64>> {
                 let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), path);
                 accelerations(self.masses(), &composed.terms, &fitted.parameters.coefficients, &columns, s.len())
             };
@@ -139,7 +139,7 @@ impl Data {
             deviation.push(smoothed.force_deviation);
             measured.push(there);
         }
-        let count: usize = self.fit().iter().map(Series::len).sum();
+        let count: usize = self.fit().iter().map(RecordSeries::len).sum();
         let speed_noise = speed.iter().map(|s| f64::sqrt(s / count as f64)).collect();
         Some(Motion { simulated, measured, missing, deviation, variations, speed_noise })
     }
@@ -162,7 +162,7 @@ impl Data {
     pub(super) fn columns(
         &self,
         addition: &Addition,
-        paths: &[Path],
+        paths: &[MotionPath],
         variations: &[Variation],
         present: (&[Placed], &[f64]),
         simulated: &[Vec<f64>],
@@ -226,8 +226,8 @@ impl Data {
     fn input_change(
         &self,
         addition: &Addition,
-        s: &Series,
-        path: &Path,
+        s: &RecordSeries,
+        path: &MotionPath,
         (terms, coefficients): (&[Placed], &[f64]),
     ) -> Vec<Vec<f64>> {
         let total = |inputs: &super::columns::Inputs<'_>| -> Vec<Vec<f64>> {

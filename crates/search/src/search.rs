@@ -2,10 +2,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 
 use super::audit::Audit;
-use super::columns::Path;
+use super::columns::MotionPath;
 use super::constants::Constants;
-use super::data::{Data, Series};
-use super::effects::{Form, Frame, OwnEffect, Setting, catalogue, described, own};
+use super::data::{Data, RecordSeries};
+use super::effects::{EffectSetting, Form, Frame, OwnEffect, catalogue, described, own};
 use super::effort::SearchEffort;
 use super::error::GapError;
 use super::evidence::Examined;
@@ -276,7 +276,7 @@ impl Search {
     fn fit_base(&self, cancel: &Cancel) -> Result<Fitted, GapError> {
         let data = &self.data;
         let mut composition = self.base.clone();
-        let rough: Vec<Path> = data.fit().iter().map(|s| s.path()).collect();
+        let rough: Vec<MotionPath> = data.fit().iter().map(|s| s.path()).collect();
         let inner = composition.middle();
         composition.scales = data.scales(&composition, &inner, &rough);
         // Where the data alone lead to a start that does not last (one tone leaves directions open), the start leans
@@ -298,10 +298,10 @@ impl Search {
     }
 
     /// What the catalogue needs to know of these data and a model.
-    fn setting(&self, fitted: &Fitted, motion: &Motion) -> Setting {
+    fn setting(&self, fitted: &Fitted, motion: &Motion) -> EffectSetting {
         let data = &self.data;
         let over = |pick: &dyn Fn(usize, usize) -> f64| {
-            let largest = |(r, s): (usize, &Series)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
+            let largest = |(r, s): (usize, &RecordSeries)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
             data.fit().iter().enumerate().map(largest).fold(0.0, f64::max)
         };
         let u = |r: usize, k: usize| data.fit()[r].inputs.first().map_or(0.0, |u| u[k]);
@@ -325,7 +325,7 @@ impl Search {
         let missing = motion.missing_of(lead);
         // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
         // amplitude.
-        let dies_away = data.fit().iter().all(Series::is_undriven) && !data.self_sustained;
+        let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained;
         let locked = |f: &f64, times: &[f64]| {
             times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < data.constants.locked)
         };
@@ -333,7 +333,7 @@ impl Search {
             lines.retain(|f| !(dies_away && locked(f, times)));
             lines
         };
-        Setting {
+        EffectSetting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
             input_open: data.input_open,
@@ -481,7 +481,7 @@ impl Search {
 /// What was asked for of each mass; else a linear spring and damper: across the joint where the base moves, with the force where
 /// one acts. Of several masses, how they are coupled is not known: every displacement, velocity and input in every equation.
 fn base_terms(data: &Data, ask: &Ask) -> Vec<Placed> {
-    let still = data.fit().iter().all(Series::is_undriven);
+    let still = data.fit().iter().all(RecordSeries::is_undriven);
     let masses = data.masses();
     let of_all: Vec<Term> = match (&ask.base, data.layout.inputs) {
         (Some(base), _) => base.clone(),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::columns::forces;
-use super::data::Series;
-use super::effects::{Axis, Coefficient, Form, unit};
+use super::data::RecordSeries;
+use super::effects::{Coefficient, ForceAxis, Form, unit};
 use super::fit::{Fitted, Followed};
 use super::outcome::{Added, Candidate, Choice, Curve, HeldFit, Parameter, SensorTrace, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
@@ -18,7 +18,7 @@ use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Symbol, Term};
 
 /// The quantity that a force is drawn over, and where it acts.
-pub(super) type Over = (Axis, Option<Site>);
+pub(super) type Over = (ForceAxis, Option<Site>);
 
 /// Points of a curve on a card.
 const POINTS: usize = 400;
@@ -34,20 +34,20 @@ impl Search {
         };
         let site = site.unwrap_or(Site::Ground(0));
         match axis {
-            Axis::Displacement => {
+            ForceAxis::Displacement => {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].x[i][k], u(r, k));
                 (site.displacement(&self.data.layout), length.clone(), each(&across))
             }
-            Axis::Velocity => {
+            ForceAxis::Velocity => {
                 let across = |r: usize, k: usize| site.across(|i| motion.measured[r].v[i][k], du(r, k));
                 (site.velocity(&self.data.layout), unit(length, (1, -1)), each(&across))
             }
-            Axis::Input(j) => (
+            ForceAxis::Input(j) => (
                 self.data.layout.name(Symbol::Input(j)),
                 self.data.input_units[j].clone(),
                 each(&|r, k| fit[r].inputs[j][k]),
             ),
-            Axis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
+            ForceAxis::Time => ("t".into(), "s".into(), each(&|r, k| fit[r].start + fit[r].interval * k as f64)),
         }
     }
 
@@ -241,7 +241,7 @@ impl Search {
     }
 
     /// What one mass's sensor showed, and what it would show of the response, given sensor after sensor.
-    fn of_sensor(&self, s: &Series, mass: usize, simulated: &[f64]) -> SensorTrace {
+    fn of_sensor(&self, s: &RecordSeries, mass: usize, simulated: &[f64]) -> SensorTrace {
         // The responses are weighted so that all sensors are told in the first's unit.
         let weight = self.data.weights[mass];
         let own = simulated.get(mass * s.len()..(mass + 1) * s.len()).unwrap_or_default();
@@ -254,7 +254,7 @@ impl Search {
 
     /// The response along every record, fitted ones first.
     pub(super) fn traces(&self, fitted: &Fitted) -> Vec<Trace> {
-        let trace = |s: &Series, Followed { simulated, beginnings }: &Followed| Trace {
+        let trace = |s: &RecordSeries, Followed { simulated, beginnings }: &Followed| Trace {
             record: s.name.clone(),
             usage: s.usage,
             start: s.start,

@@ -1,4 +1,4 @@
-use super::columns::{Clock, Inputs, Path, integrate};
+use super::columns::{Clock, Inputs, MotionPath, integrate};
 use super::constants::Constants;
 use super::effects::{Addition, Form};
 use super::outcome::Choice;
@@ -334,7 +334,7 @@ impl Structure for Composition {
             rates: motion.input_rates.iter().map(Vec::as_slice).collect(),
         };
         let clock = Clock { start: run.grid.time(0), interval: run.grid.interval() };
-        let path = Path::of(&motion.states);
+        let path = MotionPath::of(&motion.states);
         integrate(&composed.internals, &layout, clock, &inputs, &path)
     }
 }

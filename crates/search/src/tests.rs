@@ -1,5 +1,5 @@
 use super::data::step;
-use super::effects::{Frame, Setting, catalogue};
+use super::effects::{EffectSetting, Frame, catalogue};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::parameters::Parameters;
@@ -8,13 +8,13 @@ use super::structure::Composition;
 use sindyscope_core::simulate::Output;
 use sindyscope_values::term::{Layout, Term, list};
 
-fn setting(masses: usize, base_excited: bool) -> Setting {
+fn setting(masses: usize, base_excited: bool) -> EffectSetting {
     let text = match (masses, base_excited) {
         (1, true) => "x-u, v-du",
         (1, false) => "x, v, u",
         _ => "x1, x2, v1, v2, u",
     };
-    Setting {
+    EffectSetting {
         base_excited,
         passive: true,
         input_open: false,

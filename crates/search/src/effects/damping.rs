@@ -1,8 +1,10 @@
-use super::{Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, odd_power, shared};
+use super::{
+    Addition, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, OneTerm, coefficient, even, odd_power, shared,
+};
 use sindyscope_values::term::{Symbol, Term};
 
 /// Damping that is smooth in the velocity.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
         setting.offer(
             frame,
@@ -14,7 +16,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c\,w",
                 force: frame.w(),
                 coefficient: coefficient("c", 0, -1, Direction::Against),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );
@@ -28,7 +30,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c_2\,w\,|w|",
                 force: frame.w() * frame.w().abs(),
                 coefficient: coefficient("c_2", -1, 0, Direction::Against),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );
@@ -42,7 +44,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c_3\,w^3",
                 force: frame.w().power(3.0),
                 coefficient: coefficient("c_3", -2, 1, Direction::Against),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );
@@ -56,7 +58,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c_x\,r^2\,w",
                 force: frame.r().power(2.0) * frame.w(),
                 coefficient: coefficient("c_x", -2, -1, Direction::Against),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );
@@ -70,7 +72,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c_b\max(w,0)",
                 force: frame.w().max(0.0),
                 coefficient: coefficient("c_b", 0, -1, Direction::Any),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );
@@ -88,7 +90,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"\frac{dc}{dt}\,t\,w",
                 force: frame.w() * Symbol::Time,
                 coefficient: coefficient("dc/dt", 0, -2, Direction::Any),
-                axis: Axis::Time,
+                axis: ForceAxis::Time,
             },
             forms,
         );
@@ -96,7 +98,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 /// A damper of the model that gives energy: of a model whose damper may push anyway it is nothing new.
-fn negative(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+fn negative(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     let damper = Term::new(frame.w());
     if !setting.passive || !setting.has(&damper, frame.site) {
         return;
@@ -112,7 +114,7 @@ fn negative(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
         coefficients: vec![coefficient("c", 0, -1, Direction::Along)],
         inner: Vec::new(),
         contains: &[],
-        axis: Axis::Velocity,
+        axis: ForceAxis::Velocity,
         build: shared(move |_| Addition {
             terms: vec![damper.clone()],
             replaces: vec![damper.clone()],
@@ -136,7 +138,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         coefficients: vec![coefficient("c_p", 1, -2, Direction::Against)],
         inner: vec![Inner { simple: &[1.0, 2.0, 3.0], ..Inner::new("p", (0, 0), even(0.4, 3.4, 11), (0.15, 5.0)) }],
         contains: &["coulomb_friction", "viscous_damping", "quadratic_damping", "cubic_damping"],
-        axis: Axis::Velocity,
+        axis: ForceAxis::Velocity,
         build: shared(move |inner| {
             // Counted in the largest speed, so that the coefficient's size does not hang on the exponent.
             let force = odd_power(there.w() * speed.max(f64::MIN_POSITIVE).recip(), inner[0]);

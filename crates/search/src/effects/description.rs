@@ -1,4 +1,4 @@
-use super::{Addition, Axis, Coefficient, Direction, Form, Frame, Setting, coefficient, shared, with_words};
+use super::{Addition, Coefficient, Direction, EffectSetting, ForceAxis, Form, Frame, coefficient, shared, with_words};
 use sindyscope_values::term::{Expression, Layout, Symbol, Term};
 
 /// What a term of a description is called where effects have names.
@@ -11,18 +11,18 @@ const MOST_INPUTS: usize = 2;
 const LEAST_ANGLE: f64 = 0.5;
 
 /// A quantity that formulas are made of.
-struct Quantity {
+struct DescriptionQuantity {
     value: Expression,
     /// Powers of length and of time in its unit; a force counts per unit of mass.
     dimension: (i32, i32),
-    axis: Axis,
+    axis: ForceAxis,
     /// Its sine says more than a line and a cube.
     is_angle: bool,
 }
 
 /// Every term that a description may have: products of displacement, velocity and input to the third degree, and their
 /// magnitudes, signs and sines times products to the second. They are no physics: what is found of them follows the data.
-pub(crate) fn described(setting: &Setting) -> Vec<Form> {
+pub(crate) fn described(setting: &EffectSetting) -> Vec<Form> {
     let mut forms: Vec<Form> = Vec::new();
     let mut known: Vec<(Vec<usize>, Term)> = Vec::new();
     let layout = Layout { freedoms: setting.masses(), inputs: setting.inputs.len(), ..Layout::default() };
@@ -45,23 +45,23 @@ pub(crate) fn described(setting: &Setting) -> Vec<Form> {
 }
 
 /// What acts at a place; the input drives each mass by itself.
-fn quantities(setting: &Setting, frame: &Frame) -> Vec<Quantity> {
-    let own = |value, dimension, axis, is_angle| Quantity { value, dimension, axis, is_angle };
+fn quantities(setting: &EffectSetting, frame: &Frame) -> Vec<DescriptionQuantity> {
+    let own = |value, dimension, axis, is_angle| DescriptionQuantity { value, dimension, axis, is_angle };
     let mut all = vec![
-        own(frame.r(), (1, 0), Axis::Displacement, frame.reach > LEAST_ANGLE),
-        own(frame.w(), (1, -1), Axis::Velocity, false),
+        own(frame.r(), (1, 0), ForceAxis::Displacement, frame.reach > LEAST_ANGLE),
+        own(frame.w(), (1, -1), ForceAxis::Velocity, false),
     ];
     let alone = matches!(frame.site, super::super::site::Site::Ground(_));
     if alone && setting.inputs.len() <= MOST_INPUTS {
         let driven = setting.inputs.iter().enumerate().filter(|(_, largest)| **largest > 0.0);
-        all.extend(driven.map(|(j, _)| own(Symbol::Input(j).into(), (1, -2), Axis::Input(j), false)));
+        all.extend(driven.map(|(j, _)| own(Symbol::Input(j).into(), (1, -2), ForceAxis::Input(j), false)));
     }
     all
 }
 
 /// The terms of some quantities, the plainest first.
-fn terms(quantities: &[Quantity]) -> Vec<(Term, Coefficient, Axis)> {
-    let mut out: Vec<(Term, Coefficient, Axis)> = Vec::new();
+fn terms(quantities: &[DescriptionQuantity]) -> Vec<(Term, Coefficient, ForceAxis)> {
+    let mut out: Vec<(Term, Coefficient, ForceAxis)> = Vec::new();
     let mut offer = |powers: &[usize], factor: Option<(Expression, (i32, i32), usize)>| {
         let mut value = Expression::Number(1.0);
         let (mut length, mut time) = (1, -2);
@@ -79,7 +79,7 @@ fn terms(quantities: &[Quantity]) -> Vec<(Term, Coefficient, Axis)> {
             time -= dimension.1;
             over = over.max(Some(k));
         }
-        let axis = over.map_or(Axis::Time, |k| quantities[k].axis);
+        let axis = over.map_or(ForceAxis::Time, |k| quantities[k].axis);
         out.push((Term::new(value), coefficient("c", length, time, Direction::Any), axis));
     };
     for degree in 0..=DEGREE {
@@ -116,7 +116,7 @@ fn products(quantities: usize, degree: usize) -> Vec<Vec<usize>> {
     (0..=degree).rev().flat_map(first).collect()
 }
 
-fn form(term: &Term, frame: &Frame, coefficient: Coefficient, axis: Axis, text: String) -> Form {
+fn form(term: &Term, frame: &Frame, coefficient: Coefficient, axis: ForceAxis, text: String) -> Form {
     let term = term.clone();
     Form {
         effect: DESCRIPTION,
@@ -140,16 +140,16 @@ mod tests {
 
     #[test]
     fn terms_are_products_and_functions_to_the_third_degree_each_once() {
-        let quantity = |symbol: Symbol, axis| Quantity {
+        let quantity = |symbol: Symbol, axis| DescriptionQuantity {
             value: symbol.into(),
             dimension: (1, 0),
             axis,
             is_angle: symbol == Symbol::State(0),
         };
         let all = [
-            quantity(Symbol::State(0), Axis::Displacement),
-            quantity(Symbol::Rate(0), Axis::Velocity),
-            quantity(Symbol::Input(0), Axis::Input(0)),
+            quantity(Symbol::State(0), ForceAxis::Displacement),
+            quantity(Symbol::Rate(0), ForceAxis::Velocity),
+            quantity(Symbol::Input(0), ForceAxis::Input(0)),
         ];
         let found: Vec<Term> = terms(&all).into_iter().map(|(term, ..)| term).collect();
         for text in ["1", "x", "x*v*u", "x^2*u", "v^2", "x*|v|", "x*|x|", "v^2*sgn(x)", "sin(x)*v", "u*|v|", "|x|*v"] {

@@ -1,7 +1,7 @@
-use super::{Axis, Direction, Form, OneTerm, Setting, coefficient};
+use super::{Direction, EffectSetting, ForceAxis, Form, OneTerm, coefficient};
 
 /// Damping with the fifth power of the velocity.
-pub(crate) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(crate) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
         setting.offer(
             frame,
@@ -13,7 +13,7 @@ pub(crate) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"-c_5\,w^5",
                 force: frame.w().power(5.0),
                 coefficient: coefficient("c_5", -4, 3, Direction::Against),
-                axis: Axis::Velocity,
+                axis: ForceAxis::Velocity,
             },
             forms,
         );

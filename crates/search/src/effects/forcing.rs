@@ -2,14 +2,14 @@ use std::f64::consts::TAU;
 
 use super::super::site::Site;
 use super::{
-    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic,
-    shared, spring, with_words,
+    Addition, Coefficient, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, OneTerm, coefficient, even,
+    logarithmic, shared, spring, with_words,
 };
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// What drives the motion, or changes with time.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     constant(setting, forms);
     for (input, largest) in setting.inputs.iter().enumerate().filter(|(_, largest)| **largest > 0.0) {
         inputs(setting, (input, *largest), forms);
@@ -28,14 +28,14 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"\frac{dk}{dt}\,t\,r",
                 force: frame.r() * Symbol::Time,
                 coefficient: Coefficient { dimension: (0, -3), ..spring("dk/dt", 0) },
-                axis: Axis::Time,
+                axis: ForceAxis::Time,
             },
             forms,
         );
     }
 }
 
-fn constant(setting: &Setting, forms: &mut Vec<Form>) {
+fn constant(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.each_mass() {
         setting.offer(
             &frame,
@@ -47,7 +47,7 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
                 formula: r"b",
                 force: Expression::Number(1.0),
                 coefficient: coefficient("b", 1, -2, Direction::Any),
-                axis: Axis::Time,
+                axis: ForceAxis::Time,
             },
             forms,
         );
@@ -55,7 +55,7 @@ fn constant(setting: &Setting, forms: &mut Vec<Form>) {
 }
 
 /// What one of the inputs does; `largest` is its largest magnitude.
-fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<Form>) {
+fn inputs(setting: &EffectSetting, (index, largest): (usize, f64), forms: &mut Vec<Form>) {
     let period = setting.frequency.recip();
     let which = if setting.inputs.len() > 1 { format!("of input {}", index + 1) } else { String::new() };
     // What the base does to a mass acts where it is joined to it.
@@ -78,7 +78,7 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
                     formula: r"c_b\,\dot u",
                     force: Symbol::InputRate(index).into(),
                     coefficient: coefficient("c_b", 0, -1, Direction::Any),
-                    axis: Axis::Input(index),
+                    axis: ForceAxis::Input(index),
                 },
                 forms,
             );
@@ -101,7 +101,7 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
                     formula: r"k\,u",
                     force: Symbol::Input(index).into(),
                     coefficient: coefficient("gain k", 0, -2, Direction::Any),
-                    axis: Axis::Input(index),
+                    axis: ForceAxis::Input(index),
                 },
                 forms,
             );
@@ -118,7 +118,7 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
         coefficients: Vec::new(),
         inner: vec![Inner::new("tau", (0, 1), even(-0.1 * period, 0.1 * period, 20), (-0.3 * period, 0.3 * period))],
         contains: &[],
-        axis: Axis::Input(index),
+        axis: ForceAxis::Input(index),
         build: shared(move |inner| Addition { delays: Delays::from_iter([(index, inner[0])]), ..Addition::default() }),
     });
     forms.push(Form {
@@ -135,13 +135,13 @@ fn inputs(setting: &Setting, (index, largest): (usize, f64), forms: &mut Vec<For
             ..Inner::new("u_max", (0, 0), even(0.3 * largest, 0.98 * largest, 18), (0.1 * largest, 0.995 * largest))
         }],
         contains: &[],
-        axis: Axis::Input(index),
+        axis: ForceAxis::Input(index),
         build: shared(move |inner| Addition { input_limit: Some((index, inner[0])), ..Addition::default() }),
     });
 }
 
 /// A force that grows with the input in another way than in proportion.
-fn nonlinear_input(setting: &Setting, frame: &Frame, index: usize, forms: &mut Vec<Form>) {
+fn nonlinear_input(setting: &EffectSetting, frame: &Frame, index: usize, forms: &mut Vec<Form>) {
     let input = || Expression::from(Symbol::Input(index));
     setting.offer(
         frame,
@@ -153,7 +153,7 @@ fn nonlinear_input(setting: &Setting, frame: &Frame, index: usize, forms: &mut V
             formula: r"g\,r\,u",
             force: frame.r() * input(),
             coefficient: coefficient("g", -1, 0, Direction::Any),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -167,7 +167,7 @@ fn nonlinear_input(setting: &Setting, frame: &Frame, index: usize, forms: &mut V
             formula: r"g_2\,u^2",
             force: input().power(2.0),
             coefficient: coefficient("g_2", 0, 0, Direction::Any),
-            axis: Axis::Input(index),
+            axis: ForceAxis::Input(index),
         },
         forms,
     );
@@ -192,7 +192,7 @@ fn electrostatic(frame: &Frame, index: usize, forms: &mut Vec<Form>) {
             coefficients: vec![coefficient("g_e", 0, 0, if sign > 0.0 { Direction::Along } else { Direction::Against })],
             inner: vec![Inner::new("d", (1, 0), logarithmic(1.1 * reach, 25.0 * reach, 10), (1.02 * reach, 50.0 * reach))],
             contains: &["input_squared"],
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
             build: shared(move |inner| {
                 let left = Expression::Number(1.0) - there.r() * (sign / inner[0]);
                 let pull = Expression::from(Symbol::Input(index)).power(2.0) * left.power(-2.0);
@@ -207,7 +207,7 @@ fn phase(frequency: f64) -> Expression {
     Expression::from(Symbol::Time) * (TAU * frequency)
 }
 
-fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
+fn harmonics(setting: &EffectSetting, forms: &mut Vec<Form>) {
     let frequencies =
         |grid: &[f64]| Inner::new("f", (0, -1), grid.to_vec(), (0.01 * setting.frequency, 0.5 / setting.interval));
     for frame in setting.each_mass().into_iter().filter(|_| !setting.lines.is_empty()) {
@@ -225,7 +225,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             ],
             inner: vec![frequencies(&setting.lines)],
             contains: &["constant_force"],
-            axis: Axis::Time,
+            axis: ForceAxis::Time,
             build: shared(|inner| {
                 let phase = || phase(inner[0]);
                 Addition { terms: vec![Term::new(phase().cos()), Term::new(phase().sin())], ..Addition::default() }
@@ -245,7 +245,7 @@ fn harmonics(setting: &Setting, forms: &mut Vec<Form>) {
             coefficients: vec![spring("k_p cos", 0), spring("k_p sin", 0)],
             inner: vec![frequencies(&setting.pulsations)],
             contains: &["stiffness_drift", "linear_stiffness"],
-            axis: Axis::Time,
+            axis: ForceAxis::Time,
             build: shared(move |inner| {
                 let phase = || phase(inner[0]);
                 Addition {

@@ -1,14 +1,15 @@
 use super::super::site::Site;
 use super::{
-    Addition, Axis, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic, shared, with_words,
+    Addition, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, OneTerm, coefficient, even, logarithmic, shared,
+    with_words,
 };
 use sindyscope_values::term::Term;
 
 /// Dry friction in its kinds.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
         let sliding = Term::new(frame.w().sgn());
-        let axis = Axis::Velocity;
+        let axis = ForceAxis::Velocity;
         let site = Some(frame.site);
         setting.offer(
             frame,
@@ -111,7 +112,7 @@ fn belt(frame: &Frame, forms: &mut Vec<Form>) {
         coefficients,
         inner,
         contains,
-        axis: Axis::Velocity,
+        axis: ForceAxis::Velocity,
         build,
     };
     // Where the mass goes along with it, the surface's speed is seen. While the mass slips one way only, nothing else tells it.

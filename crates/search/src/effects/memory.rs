@@ -1,6 +1,8 @@
 use std::f64::consts::TAU;
 
-use super::{Addition, Axis, Direction, Form, Frame, Inner, Setting, coefficient, logarithmic, shared, with_words};
+use super::{
+    Addition, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, coefficient, logarithmic, shared, with_words,
+};
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
@@ -10,7 +12,7 @@ fn z(index: usize) -> Expression {
 }
 
 /// Forces that remember: they have states of their own.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.springs() {
         hysteresis(setting, &frame, forms);
         relaxation(setting, &frame, forms);
@@ -20,7 +22,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
     }
 }
 
-fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+fn hysteresis(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     let reach = frame.reach;
     // A loop that is closed within a sample cannot be told from dry friction.
     let least = (0.04 * reach).max(frame.speed * setting.interval).min(0.5 * reach);
@@ -41,7 +43,7 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
                 Inner::new("gamma/beta", (0, 0), vec![-1.3, -0.6, 0.1, 1.0], (-4.0, 10.0)),
             ],
             contains: &["coulomb_friction"],
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
             build: shared(move |inner| {
                 let (length, ratio) = (inner[0].powi(power), inner[1]);
                 let (loops, slims) = if power == 1 {
@@ -63,7 +65,7 @@ fn hysteresis(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
     }
 }
 
-fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+fn relaxation(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     let frame = frame.clone();
     let fastest = 0.5 * setting.interval;
     let slowest = 20.0 / (TAU * setting.frequency);
@@ -83,7 +85,7 @@ fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             ((slowest / 1000.0).max(fastest), 4.0 * slowest),
         )],
         contains: &["viscous_damping", "linear_stiffness"],
-        axis: Axis::Displacement,
+        axis: ForceAxis::Displacement,
         build: shared(move |inner| Addition {
             terms: vec![Term::new(z(0))],
             internals: vec![Equation::known([(Term::new(frame.w()), 1.0), (Term::new(z(0)), -1.0 / inner[0])])],
@@ -92,7 +94,7 @@ fn relaxation(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
     });
 }
 
-fn second_mode(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+fn second_mode(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     let frame = frame.clone();
     let highest = 0.3 / setting.interval;
     forms.push(Form {
@@ -114,7 +116,7 @@ fn second_mode(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             Inner::new("zeta_2", (0, 0), vec![0.012, 0.05], (1e-4, 0.6)),
         ],
         contains: &["linear_stiffness"],
-        axis: Axis::Displacement,
+        axis: ForceAxis::Displacement,
         build: shared(move |inner| {
             let omega = TAU * inner[0];
             let (spring, damper) = (omega * omega, 2.0 * inner[1] * omega);

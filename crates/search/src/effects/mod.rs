@@ -31,7 +31,7 @@ use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// What the catalogue needs to know of the data and of the base model.
 #[derive(Clone, Debug)]
-pub(crate) struct Setting {
+pub(crate) struct EffectSetting {
     /// The first input moves the base (a displacement), and the spring acts on `x − u`.
     pub(crate) base_excited: bool,
     /// The base model's dampers cannot push.
@@ -203,7 +203,7 @@ struct OneTerm {
     formula: &'static str,
     force: Expression,
     coefficient: Coefficient,
-    axis: Axis,
+    axis: ForceAxis,
 }
 
 /// What an effect adds to the equation of the mass that it acts on.
@@ -233,14 +233,14 @@ pub(crate) struct Form {
     /// The effects that it contains as special or limiting cases: where they do as well, they are preferred.
     pub(crate) contains: &'static [&'static str],
     /// What its force is drawn over.
-    pub(crate) axis: Axis,
+    pub(crate) axis: ForceAxis,
     build: Build,
 }
 
 /// The quantity that a force is drawn over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub enum Axis {
+pub enum ForceAxis {
     /// The displacement across its site.
     Displacement,
     /// The velocity across its site.
@@ -252,19 +252,19 @@ pub enum Axis {
 }
 
 /// As a project holds it: `displacement`, `input`, `input2`.
-impl From<Axis> for String {
-    fn from(axis: Axis) -> Self {
+impl From<ForceAxis> for String {
+    fn from(axis: ForceAxis) -> Self {
         match axis {
-            Axis::Displacement => "displacement".into(),
-            Axis::Velocity => "velocity".into(),
-            Axis::Input(0) => "input".into(),
-            Axis::Input(j) => format!("input{}", j + 1),
-            Axis::Time => "time".into(),
+            ForceAxis::Displacement => "displacement".into(),
+            ForceAxis::Velocity => "velocity".into(),
+            ForceAxis::Input(0) => "input".into(),
+            ForceAxis::Input(j) => format!("input{}", j + 1),
+            ForceAxis::Time => "time".into(),
         }
     }
 }
 
-impl TryFrom<String> for Axis {
+impl TryFrom<String> for ForceAxis {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -301,7 +301,7 @@ impl Form {
             coefficients: Vec::new(),
             inner: Vec::new(),
             contains: &[],
-            axis: Axis::Time,
+            axis: ForceAxis::Time,
             build: shared(move |_| addition.clone()),
         }
     }
@@ -364,7 +364,7 @@ impl Form {
 
     /// True if it is a force over the velocity that a steady one is a special case of: it moves the point that the motion is about.
     pub(crate) fn has_a_mean(&self) -> bool {
-        self.axis == Axis::Velocity && self.contains.contains(&"constant_force")
+        self.axis == ForceAxis::Velocity && self.contains.contains(&"constant_force")
     }
 
     /// True if it is one of the effects that are met most often: they are asked for wherever nothing explains the data.
@@ -410,7 +410,7 @@ const COMMON: [&str; 7] = [
 ];
 
 /// A family of effects: its name, and what appends those that make sense for a setting.
-type Family = (&'static str, fn(&Setting, &mut Vec<Form>));
+type Family = (&'static str, fn(&EffectSetting, &mut Vec<Form>));
 
 /// The families in the catalogue's order.
 pub(super) const FAMILIES: [Family; 6] = [
@@ -423,7 +423,7 @@ pub(super) const FAMILIES: [Family; 6] = [
 ];
 
 /// Every effect in every form that makes sense for the data and the present model.
-pub(crate) fn catalogue(setting: &Setting) -> Vec<Form> {
+pub(crate) fn catalogue(setting: &EffectSetting) -> Vec<Form> {
     let mut forms = Vec::new();
     for (_, add) in FAMILIES {
         add(setting, &mut forms);
@@ -538,7 +538,7 @@ impl Frame {
     }
 }
 
-impl Setting {
+impl EffectSetting {
     /// Every place that a force may act at.
     fn frames(&self) -> &[Frame] {
         &self.frames

@@ -6,7 +6,8 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Addition, Axis, Coefficient, DESCRIPTION, Direction, Form, Frame, Inner, Setting, even, logarithmic, shared,
+    Addition, Coefficient, DESCRIPTION, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, even, logarithmic,
+    shared,
 };
 use crate::guide::guide;
 use crate::site::Site;
@@ -39,7 +40,7 @@ pub struct OwnEffect {
     /// What an experiment needs to show it apart from others; may be empty.
     pub separates: String,
     /// What its force is drawn over; none for what its terms are made of.
-    pub over: Option<Axis>,
+    pub over: Option<ForceAxis>,
     /// What it adds to the acceleration.
     pub terms: Vec<OwnTerm>,
     /// States of its own, which no sensor shows and which begin at zero: what makes a force remember.
@@ -337,7 +338,7 @@ impl OwnEffect {
     }
 
     /// Its forms for a setting; `units` are those of the records' channels.
-    fn forms(&self, setting: &Setting, units: &[&str]) -> Vec<Form> {
+    fn forms(&self, setting: &EffectSetting, units: &[&str]) -> Vec<Form> {
         let places: Vec<Frame> = match self.is_across() {
             true => setting.frames().to_vec(),
             false => setting.each_mass().into_iter().filter(|f| f.site == Site::Ground(self.mass)).collect(),
@@ -412,7 +413,7 @@ impl OwnQuantity {
 }
 
 /// The forms of all entries.
-pub(crate) fn own(effects: &[OwnEffect], setting: &Setting, units: &[&str]) -> Vec<Form> {
+pub(crate) fn own(effects: &[OwnEffect], setting: &EffectSetting, units: &[&str]) -> Vec<Form> {
     let mut forms: Vec<Form> = effects.iter().flat_map(|effect| effect.forms(setting, units)).collect();
     super::joined(&mut forms);
     forms
@@ -483,16 +484,16 @@ fn number_length(text: &str) -> usize {
 }
 
 /// What a force of these terms is drawn over.
-fn axis(terms: &[Term]) -> Axis {
+fn axis(terms: &[Term]) -> ForceAxis {
     let symbols: Vec<Symbol> = terms.iter().flat_map(Term::symbols).collect();
     let has = |wanted: fn(&Symbol) -> bool| symbols.iter().any(wanted);
     let input = symbols.iter().find_map(|s| if let Symbol::Input(j) = s { Some(*j) } else { None });
     let over_displacement = has(|s| matches!(s, Symbol::State(_) | Symbol::Internal(_)));
     match (over_displacement, has(|s| matches!(s, Symbol::Rate(_))), input) {
-        (true, ..) => Axis::Displacement,
-        (_, true, _) => Axis::Velocity,
-        (_, _, Some(j)) => Axis::Input(j),
-        _ => Axis::Time,
+        (true, ..) => ForceAxis::Displacement,
+        (_, true, _) => ForceAxis::Velocity,
+        (_, _, Some(j)) => ForceAxis::Input(j),
+        _ => ForceAxis::Time,
     }
 }
 

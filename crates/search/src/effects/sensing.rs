@@ -1,7 +1,7 @@
-use super::{Addition, Axis, Form, Inner, Setting, even, shared};
+use super::{Addition, EffectSetting, ForceAxis, Form, Inner, even, shared};
 
 /// What the sensor does, and the motion does not.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     forms.push(Form {
         effect: "sensor_offset",
         title: "Sensor offset",
@@ -13,7 +13,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
         coefficients: Vec::new(),
         inner: Vec::new(),
         contains: &["constant_force"],
-        axis: Axis::Time,
+        axis: ForceAxis::Time,
         build: shared(|_| Addition { offset: true, ..Addition::default() }),
     });
     let highest = setting.measured;
@@ -33,7 +33,7 @@ pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
             (0.5 * highest, 1.02 * highest),
         )],
         contains: &[],
-        axis: Axis::Time,
+        axis: ForceAxis::Time,
         build: shared(|inner| Addition { ceiling: Some(inner[0]), ..Addition::default() }),
     });
 }

@@ -1,11 +1,11 @@
 use super::{
-    Addition, Axis, Coefficient, Direction, Form, Frame, Inner, OneTerm, Setting, coefficient, even, logarithmic,
-    odd_power, shared, spring, with_words,
+    Addition, Coefficient, Direction, EffectSetting, ForceAxis, Form, Frame, Inner, OneTerm, coefficient, even,
+    logarithmic, odd_power, shared, spring, with_words,
 };
 use sindyscope_values::term::{Expression, Term};
 
 /// Restoring forces.
-pub(super) fn add(setting: &Setting, forms: &mut Vec<Form>) {
+pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.frames() {
         powers(setting, frame, forms);
         contacts(frame, forms);
@@ -29,7 +29,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
         coefficients: vec![coefficient("k_p", 1, -2, Direction::Against)],
         inner,
         contains,
-        axis: Axis::Displacement,
+        axis: ForceAxis::Displacement,
         build,
     };
     let exponent = |grid: Vec<f64>, simple| Inner { simple, ..Inner::new("p", (0, 0), grid, (0.15, 7.0)) };
@@ -75,7 +75,7 @@ fn oblique(frame: &Frame, forms: &mut Vec<Form>) {
         coefficients: vec![Coefficient { restoring: true, ..coefficient("k_g", 1, -2, Direction::Any) }],
         inner: vec![Inner::new("h", (1, 0), logarithmic(0.1 * reach, 0.9 * reach, 8), (0.02 * reach, reach))],
         contains: &["cubic_stiffness", "quintic_stiffness"],
-        axis: Axis::Displacement,
+        axis: ForceAxis::Displacement,
         build: shared(move |inner| {
             let length = (frame.r().power(2.0) + inner[0].powi(2)).power(0.5);
             Addition { terms: vec![Term::new(frame.r() * length.power(-1.0))], ..Addition::default() }
@@ -83,7 +83,7 @@ fn oblique(frame: &Frame, forms: &mut Vec<Form>) {
     });
 }
 
-fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
+fn powers(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     setting.offer(
         frame,
         OneTerm {
@@ -94,7 +94,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"k\,r",
             force: frame.r(),
             coefficient: spring("k", 0),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -108,7 +108,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"k_2\,r^2",
             force: frame.r().power(2.0),
             coefficient: spring("k_2", -1),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -122,7 +122,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"k_3\,r^3",
             force: frame.r().power(3.0),
             coefficient: spring("k_3", -2),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -136,7 +136,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"k_5\,r^5",
             force: frame.r().power(5.0),
             coefficient: spring("k_5", -4),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -150,7 +150,7 @@ fn powers(setting: &Setting, frame: &Frame, forms: &mut Vec<Form>) {
             formula: r"k_b\max(r,0)",
             force: frame.r().max(0.0),
             coefficient: spring("k_b", 0),
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
         },
         forms,
     );
@@ -170,7 +170,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
         coefficients: vec![coefficient("k_c", 0, -2, Direction::Against)],
         inner: vec![gap(0.03)],
         contains: &[],
-        axis: Axis::Displacement,
+        axis: ForceAxis::Displacement,
         build: {
             let frame = frame.clone();
             shared(move |inner| Addition {
@@ -194,7 +194,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
             coefficients: vec![coefficient("k_s", 0, -2, Direction::Against)],
             inner: vec![gap(0.03)],
             contains: &[],
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
             build: shared(move |inner| Addition {
                 terms: vec![Term::new(beyond(there.r(), inner[0]))],
                 ..Addition::default()
@@ -203,7 +203,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
     }
 }
 
-fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
+fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
     let angle = matches!(setting.unit.as_str(), "rad" | "");
     for frame in setting.springs() {
         let spring = Term::new(frame.r());
@@ -221,7 +221,7 @@ fn pendulum(setting: &Setting, forms: &mut Vec<Form>) {
             coefficients: vec![coefficient("g/l", 0, -2, Direction::Against)],
             inner: Vec::new(),
             contains: &[],
-            axis: Axis::Displacement,
+            axis: ForceAxis::Displacement,
             build: shared(move |_| Addition {
                 terms: vec![Term::new(frame.r().sin())],
                 replaces: vec![spring.clone()],

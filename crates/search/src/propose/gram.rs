@@ -21,7 +21,7 @@ pub(super) struct Gram {
 
 /// What a regression on all rows comes to.
 #[derive(Clone, Debug)]
-pub(super) struct Solution {
+pub(super) struct GramSolution {
     pub(super) coefficients: Vec<f64>,
     pub(super) left: f64,
 }
@@ -66,11 +66,11 @@ impl Gram {
     }
 
     /// Least squares of the target on some columns; none where they cannot be told apart.
-    pub(super) fn solve(&self, columns: &[usize]) -> Option<Solution> {
+    pub(super) fn solve(&self, columns: &[usize]) -> Option<GramSolution> {
         let mut coefficients = vec![0.0; columns.len()];
         solve(|i, j| self.total[(i, j)], columns, &mut coefficients).then(|| {
             let gained: f64 = columns.iter().zip(&coefficients).map(|(c, x)| x * self.total[(*c, 0)]).sum();
-            Solution { left: self.total[(0, 0)] - gained, coefficients }
+            GramSolution { left: self.total[(0, 0)] - gained, coefficients }
         })
     }
 

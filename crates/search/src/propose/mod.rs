@@ -15,8 +15,8 @@ use std::collections::HashMap;
 
 use super::columns::{Inputs, forces};
 use super::constants::{Constants, LARGEST_SET};
-use super::data::{Data, Series};
-use super::effects::{Axis, Direction, Form};
+use super::data::{Data, RecordSeries};
+use super::effects::{Direction, ForceAxis, Form};
 use super::parameters::{InnerValues, Parameters};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
@@ -52,7 +52,7 @@ struct GridPoint {
     form: usize,
     inner: Vec<f64>,
     /// Distance of the next point in each direction, of the logarithm where the grid is logarithmic.
-    step: Vec<Step>,
+    step: Vec<PathStep>,
     /// Its columns in the pool.
     columns: std::ops::Range<usize>,
     /// Columns of the present model that its own take the place of.
@@ -65,13 +65,13 @@ struct GridPoint {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Step {
+enum PathStep {
     Even(f64),
     Ratio(f64),
 }
 
 /// The data and the present model as a regression.
-struct Regression<'a> {
+struct SetRegression<'a> {
     data: &'a Data,
     cancel: &'a Cancel,
     forms: &'a [Form],
@@ -91,7 +91,7 @@ struct Regression<'a> {
 }
 
 /// Best scores found: for each set of forms, sorted, the score and the grid points.
-type Found = HashMap<Vec<usize>, (f64, Vec<usize>)>;
+type FoundSets = HashMap<Vec<usize>, (f64, Vec<usize>)>;
 
 impl Data {
     /// Sets of the forms beside a present model, best first; the set of none is not among them. A set must bring more than the
@@ -104,7 +104,7 @@ impl Data {
         crumb: f64,
         cancel: &Cancel,
     ) -> Vec<Proposal> {
-        let mut regression = Regression::new(self, present, inner, forms, cancel);
+        let mut regression = SetRegression::new(self, present, inner, forms, cancel);
         if regression.rows.len() < 4 * (regression.base.len() + 2) {
             return Vec::new();
         }
@@ -138,9 +138,9 @@ impl Data {
         forms: &[Form],
         cancel: &Cancel,
     ) -> Option<Proposal> {
-        let mut regression = Regression::new(self, present, inner, forms, cancel);
+        let mut regression = SetRegression::new(self, present, inner, forms, cancel);
         let mut points = regression.points();
-        let mut found = Found::new();
+        let mut found = FoundSets::new();
         let all: Vec<usize> = (0..forms.len()).filter(|k| !forms[*k].is_outside()).collect();
         let mut chosen: Vec<usize> = Vec::new();
         for form in &all {
@@ -162,7 +162,7 @@ impl Data {
             let Parameters { coefficients, inner } = start.composition.named(&start.shared);
             let mut composition = start.composition.with(form);
             let inner = composition.inner_after(&start.composition, &inner, &[]);
-            let paths: Vec<_> = self.fit().iter().map(Series::path).collect();
+            let paths: Vec<_> = self.fit().iter().map(RecordSeries::path).collect();
             composition.scales = self.scales(&composition, &inner, &paths);
             start.forms.push(k);
             start = Proposal { composition, shared: Parameters { coefficients, inner }.row(), ..start };
@@ -171,7 +171,7 @@ impl Data {
     }
 }
 
-impl<'a> Regression<'a> {
+impl<'a> SetRegression<'a> {
     fn new(
         data: &'a Data,
         present: &'a Composition,
@@ -252,7 +252,7 @@ impl<'a> Regression<'a> {
 
     /// What the sensor shows of a symbol, or its derivative, where the measurement itself gives a linear term.
     fn direct(&self, symbol: Symbol, record: usize) -> Option<(&[f64], usize)> {
-        let s: &Series = &self.data.fit()[record];
+        let s: &RecordSeries = &self.data.fit()[record];
         let known = |i: usize| s.outputs.get(i).map_or(2, |o| o.derivatives());
         let path = &self.paths[record].path;
         match symbol {
@@ -373,7 +373,7 @@ impl<'a> Regression<'a> {
         let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let of_base: Vec<usize> = (1..self.pool.len()).collect();
         let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
-        let grid: Vec<(usize, Vec<f64>, Vec<Step>)> = self
+        let grid: Vec<(usize, Vec<f64>, Vec<PathStep>)> = self
             .forms
             .iter()
             .enumerate()
@@ -396,7 +396,7 @@ impl<'a> Regression<'a> {
                     self.left_beside((base, further), &columns, (&replaces, rewrites), form)
                 };
                 // Only what depends on the displacement has a place that a load moves.
-                let moves = self.forms[form].axis == Axis::Displacement;
+                let moves = self.forms[form].axis == ForceAxis::Displacement;
                 let under_load = if moves { beside(&preloaded, &preloads) } else { None };
                 let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
@@ -483,7 +483,7 @@ impl<'a> Regression<'a> {
     }
 
     /// Scores sets and keeps the best of each set of forms.
-    fn note(&self, gram: &Gram, points: &[GridPoint], sets: Vec<Vec<usize>>, found: &mut Found) {
+    fn note(&self, gram: &Gram, points: &[GridPoint], sets: Vec<Vec<usize>>, found: &mut FoundSets) {
         let scored: Vec<(Vec<usize>, f64, Vec<usize>)> = sets
             .into_par_iter()
             .filter_map(|set| {
@@ -510,9 +510,9 @@ impl<'a> Regression<'a> {
     }
 
     /// Singles, pairs, the best pairs with a third, and finer grids about what they hold.
-    fn search(&mut self, points: &mut Vec<GridPoint>) -> Found {
+    fn search(&mut self, points: &mut Vec<GridPoint>) -> FoundSets {
         let gram = self.gram();
-        let mut found = Found::new();
+        let mut found = FoundSets::new();
         self.note(&gram, points, vec![Vec::new()], &mut found);
         self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found);
         let pairs = self.pairs(&gram, points);
@@ -585,7 +585,7 @@ impl<'a> Regression<'a> {
     }
 
     /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
-    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut Found, beam: usize) {
+    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize) {
         let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
         let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
@@ -693,7 +693,7 @@ impl<'a> Regression<'a> {
             return None;
         }
         coefficients.iter_mut().zip(&ranges).for_each(|(c, (low, high))| *c = c.clamp(*low, *high));
-        let paths: Vec<_> = self.data.fit().iter().map(Series::path).collect();
+        let paths: Vec<_> = self.data.fit().iter().map(RecordSeries::path).collect();
         composition.scales = self.data.scales(&composition, &inner, &paths);
         let forms = set.iter().map(|p| points[*p].form).collect();
         Some(Proposal { forms, composition, shared: Parameters { coefficients, inner }.row(), gain: 0.0 })
@@ -706,30 +706,30 @@ fn signs_hold(form: &Form, values: &[f64]) -> bool {
 }
 
 /// The steps of a form's grid.
-fn steps(form: &Form) -> Vec<Step> {
+fn steps(form: &Form) -> Vec<PathStep> {
     let of = |grid: &[f64]| {
-        let [.., a, b] = grid else { return Step::Even(0.0) };
+        let [.., a, b] = grid else { return PathStep::Even(0.0) };
         match grid {
             [first, second, ..]
                 if *first > 0.0 && grid.len() > 2 && ((second / first) / (b / a) - 1.0).abs() < 1e-6 =>
             {
-                Step::Ratio(b / a)
+                PathStep::Ratio(b / a)
             }
-            _ => Step::Even(b - a),
+            _ => PathStep::Even(b - a),
         }
     };
     form.inner.iter().map(|inner| of(&inner.grid)).collect()
 }
 
 /// Points between a point and its neighbours, one inner quantity at a time, with finer steps.
-fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<Step>)> {
+fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<PathStep>)> {
     let mut out = Vec::new();
     for (k, quantity) in form.inner.iter().enumerate() {
         for share in [-2.0 / 3.0, -1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0] {
             let (mut inner, mut step) = (point.inner.clone(), point.step.clone());
             let (value, finer) = match step[k] {
-                Step::Even(d) => (inner[k] + share * d, Step::Even(d / 3.0)),
-                Step::Ratio(d) => (inner[k] * d.powf(share), Step::Ratio(d.powf(1.0 / 3.0))),
+                PathStep::Even(d) => (inner[k] + share * d, PathStep::Even(d / 3.0)),
+                PathStep::Ratio(d) => (inner[k] * d.powf(share), PathStep::Ratio(d.powf(1.0 / 3.0))),
             };
             let (low, high) = quantity.bounds;
             if value > low && value < high && value != inner[k] {
@@ -742,7 +742,7 @@ fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<Step>)> {
 }
 
 /// The sets of a size with the highest scores.
-fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
+fn best_of(found: &FoundSets, size: usize, count: usize) -> Vec<Vec<usize>> {
     let mut all: Vec<_> = found.iter().filter(|(key, _)| key.len() == size).collect();
     all.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then_with(|| a.0.cmp(b.0)));
     all.into_iter().take(count).map(|(_, (_, set))| set.clone()).collect()
@@ -750,7 +750,7 @@ fn best_of(found: &Found, size: usize, count: usize) -> Vec<Vec<usize>> {
 
 /// The sets to be fitted, by score, so many of each size. What a set contains (one effect less, or a poorer kind of one) comes
 /// before it, unless the set brings more than a crumb of all that was gained.
-fn ranked(found: &Found, forms: &[Form], crumb: f64, constants: &Constants) -> Vec<(f64, Vec<usize>)> {
+fn ranked(found: &FoundSets, forms: &[Form], crumb: f64, constants: &Constants) -> Vec<(f64, Vec<usize>)> {
     let none = found.get(&Vec::new()).map_or(f64::NEG_INFINITY, |f| f.0);
     let mut placed: Vec<(f64, bool, &Vec<usize>, &Vec<usize>)> = Vec::new();
     for (key, (score, set)) in found.iter().filter(|(key, _)| !key.is_empty()) {

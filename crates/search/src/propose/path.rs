@@ -1,8 +1,8 @@
 //! The measured motion as the proposals see it: smoothed without a model, and where it sticks.
 
-use super::super::columns::Path;
+use super::super::columns::MotionPath;
 use super::super::constants::Constants;
-use super::super::data::{Data, Series};
+use super::super::data::{Data, RecordSeries};
 use sindyscope_core::refine::Output;
 use sindyscope_core::signal::{rests, rms};
 
@@ -19,13 +19,13 @@ const FULL: f64 = 0.12;
 #[derive(Debug)]
 pub(super) struct MeasuredPath {
     /// Displacements smoothed lightly, so that their bias does not count; velocities smoothed calmly, for their signs.
-    pub(super) path: Path,
+    pub(super) path: MotionPath,
     /// For each mass, the samples at which it moves with something: there dry friction is whatever holds it.
     pub(super) stuck: Vec<Vec<bool>>,
 }
 
 impl MeasuredPath {
-    pub(super) fn new(data: &Data, series: &Series) -> Self {
+    pub(super) fn new(data: &Data, series: &RecordSeries) -> Self {
         let mut path = series.path();
         for (mass, output) in data.outputs.iter().enumerate() {
             if *output == Output::Displacement(mass) {
@@ -50,7 +50,7 @@ fn slope(values: &[f64], interval: f64) -> Vec<f64> {
 }
 
 /// Samples at which a mass stands still against the ground or its base, or goes along with a surface that moves steadily.
-fn stuck(data: &Data, series: &Series, path: &Path, mass: usize) -> Vec<bool> {
+fn stuck(data: &Data, series: &RecordSeries, path: &MotionPath, mass: usize) -> Vec<bool> {
     let n = series.len();
     let period = data.period / series.interval;
     let v = &path.v[mass];

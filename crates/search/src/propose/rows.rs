@@ -12,7 +12,7 @@ const NUGGET: f64 = 0.03;
 
 /// The rows of one mass's equation that share a record, a block and a width, one behind the other.
 #[derive(Debug)]
-struct Part {
+struct RowPart {
     mass: usize,
     record: usize,
     block: usize,
@@ -26,7 +26,7 @@ struct Part {
 /// All rows of all equations.
 #[derive(Debug)]
 pub(super) struct Rows {
-    parts: Vec<Part>,
+    parts: Vec<RowPart>,
     /// The test functions of each record and width.
     functions: Vec<Vec<TestFunction>>,
     /// Rows of each block.
@@ -43,7 +43,7 @@ impl Rows {
         let Constants { half_width, narrow_widths, left_out_periods, blocks_left_out, rows: most, .. } = data.constants;
         let want = (left_out_periods * data.period).max(total / blocks_left_out as f64);
         let mut functions = Vec::new();
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<RowPart> = Vec::new();
         let mut next_block = 0;
         for (record, (s, measured)) in fit.iter().zip(paths).enumerate() {
             let period = data.period / s.interval;
@@ -66,7 +66,7 @@ impl Rows {
                 for mass in 0..data.masses() {
                     for (width, half) in halves.iter().enumerate() {
                         for starts in clear(from..to, *half, &measured.stuck[mass]) {
-                            parts.push(Part { mass, record, block: next_block, width, starts, factor: Vec::new() });
+                            parts.push(RowPart { mass, record, block: next_block, width, starts, factor: Vec::new() });
                         }
                     }
                 }
