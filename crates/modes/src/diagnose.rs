@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::closed::{ClosedModel, Course, Free, Segment};
+use super::closed::{ClosedModel, Course, Free, Segment, State};
 use super::error::ModesError;
 use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
@@ -204,8 +204,20 @@ struct ForceSearch<'a> {
     noise: f64,
 }
 
-/// The modes' states `[record][mode][sample]`.
-type States = Vec<Vec<Vec<Complex<f64>>>>;
+/// The states along the fitted records as an open-loop fit has them.
+struct States {
+    /// `modes[record][mode][sample]`
+    modes: Vec<Vec<Vec<Complex<f64>>>>,
+    /// The force's inner state, `memory[record][sample]`; empty where it has none.
+    memory: Vec<Vec<f64>>,
+}
+
+impl States {
+    fn at(&self, record: usize, sample: usize) -> State {
+        let memory = self.memory.get(record).map_or(0.0, |m| m[sample]);
+        State { modes: self.modes[record].iter().map(|m| m[sample]).collect(), memory }
+    }
+}
 
 /// How a closed loop starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -466,8 +478,10 @@ impl ForceSearch<'_> {
             drive.push((0..inputs).map(|j| v[j] / size).collect());
             forced.push(v[inputs] / size);
         }
-        let inner =
-            if candidate.effect == Effect::CoulombFriction { SHARPER * candidate.inner } else { candidate.inner };
+        let mut inner = candidate.inner;
+        if candidate.effect == Effect::CoulombFriction {
+            inner[0] *= SHARPER;
+        }
         let mut model = ClosedModel {
             effect: candidate.effect,
             across: across.to_vec(),
@@ -479,7 +493,7 @@ impl ForceSearch<'_> {
             shape,
             initial: Vec::new(),
         };
-        let mut free = self.initial(task, fit, &model);
+        let free = self.initial(task, fit, &model);
         let states = (0..self.split.fitted.len()).map(|r| {
             let series = &self.split.fitted[r];
             let along = |i: usize| {
@@ -496,7 +510,7 @@ impl ForceSearch<'_> {
                 let force = &candidate.fitted;
                 pole::response_fine(lambda, series.interval, &force.values[r], force.parts, &mut one);
                 add(&one, forced[i]);
-                let mut own = free[r][i];
+                let mut own = free[r].modes[i];
                 let decay = (lambda * series.interval).exp();
                 for z in &mut sum {
                     *z += own;
@@ -506,21 +520,22 @@ impl ForceSearch<'_> {
             };
             (0..fit.poles.len()).map(along).collect::<Vec<_>>()
         });
-        let mut states: States = states.collect();
+        let memory = |values: &Vec<f64>| -> Vec<f64> {
+            values.iter().step_by(candidate.fitted.parts).map(|f| f * candidate.unit).collect()
+        };
+        let memory = candidate.effect.has_memory().then(|| candidate.fitted.values.iter().map(memory).collect());
+        let mut states = States { modes: states.collect(), memory: memory.unwrap_or_default() };
         if which == StartKind::Matched && !matched(&mut model, &mut states, &candidate.fitted) && restoring {
             return None;
         }
-        for (own, all) in free.iter_mut().zip(&states) {
-            own.iter_mut().zip(all).for_each(|(own, all)| *own = all[0]);
-        }
         if !self.at_rest(task, fit) {
-            model.initial = free;
+            model.initial = (0..free.len()).map(|r| states.at(r, 0)).collect();
         }
         Some((model, states))
     }
 
     /// The initial states that the free oscillations of an open-loop fit tell.
-    fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<Vec<Complex<f64>>> {
+    fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<State> {
         let sensors = &self.measurement.sensors;
         let of = |record: usize, mode: usize| {
             let lambda = fit.poles[mode].eigenvalue();
@@ -533,7 +548,8 @@ impl ForceSearch<'_> {
             }
             sum / power.max(1e-300)
         };
-        (0..self.split.fitted.len()).map(|r| (0..fit.poles.len()).map(|i| of(r, i)).collect()).collect()
+        let modes = |r: usize| (0..fit.poles.len()).map(|i| of(r, i)).collect();
+        (0..self.split.fitted.len()).map(|r| State { modes: modes(r), memory: 0.0 }).collect()
     }
 
     /// True if all records start at rest: none has free oscillations worth the name.
@@ -579,7 +595,7 @@ impl ForceSearch<'_> {
         let total: usize = series.iter().map(Series::len).sum();
         let segments = stretches(series, self.stretch(&start), HELD_SAMPLES / total as f64);
         let mut model = start;
-        model.initial = segments.iter().map(|s| states[s.record].iter().map(|m| m[s.start]).collect()).collect();
+        model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
         let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
         model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
         let mut error = f64::INFINITY;
@@ -625,7 +641,7 @@ impl ForceSearch<'_> {
         }
         let state = |r: usize| {
             let first = course.segments.iter().position(|s| (s.record, s.start) == (r, 0));
-            first.map_or_else(|| states[r].iter().map(|m| m[0]).collect(), |k| model.initial[k].clone())
+            first.map_or_else(|| states.at(r, 0), |k| model.initial[k].clone())
         };
         let starts = (0..series.len()).map(state).collect();
         let (model, course) = self.shadowed(&model, starts, (series, offsets, rest), parts, cancel)?;
@@ -640,7 +656,7 @@ impl ForceSearch<'_> {
     fn shadowed(
         &self,
         model: &ClosedModel,
-        starts: Vec<Vec<Complex<f64>>>,
+        starts: Vec<State>,
         (series, offsets, rest): (&[Series], &[Vec<f64>], bool),
         parts: usize,
         cancel: &Cancel,
@@ -683,7 +699,7 @@ impl ForceSearch<'_> {
             Some(Unseen { residuals: course.residuals(of, &left), forces, error })
         };
         let mut model = model.clone();
-        model.initial = vec![vec![Complex::new(0.0, 0.0); model.modes()]; series.len()];
+        model.initial = vec![State::rest(model.modes()); series.len()];
         let at_start = model.fitted(begin.along(sensors, series, parts), Free::Initial, 6, 1e-4, cancel)?.0;
         let run = at_start.fitted(whole.along(sensors, series, parts), Free::Initial, 3, 1e-4, cancel);
         let free = run.and_then(|(m, _)| told(&m, &whole));
@@ -822,12 +838,12 @@ impl ForceSearch<'_> {
             _ => format!("1/({unit}^2 s^2)"),
         };
         let mut parameters = vec![ForceParameter { name, value: size, std_error: size_error, unit: unit_of }];
-        if model.has_gap() {
+        if model.effect == Effect::Clearance {
             let at = model.shared() - 1;
             parameters.push(ForceParameter {
                 name: "gap",
-                value: model.inner,
-                std_error: error(at).map(|e| e * model.inner),
+                value: model.inner[0],
+                std_error: error(at).map(|e| e * model.inner[0]),
                 unit: unit.to_owned(),
             });
         }
@@ -839,10 +855,12 @@ impl ForceSearch<'_> {
 /// What jumps of the states count for, each beside the size of its state.
 fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
     let size = |i: usize| {
-        let sum: f64 = model.initial.iter().map(|s| s[i].norm_sqr()).sum();
+        let sum: f64 = model.initial.iter().map(|s| s.modes[i].norm_sqr()).sum();
         (sum / model.initial.len() as f64).sqrt().max(1e-300)
     };
-    (0..model.modes()).map(|i| hold / size(i)).collect()
+    // That of an inner state is at most about the displacement at which it yields.
+    let memory = model.effect.has_memory().then(|| hold / model.inner[0]);
+    (0..model.modes()).map(|i| hold / size(i)).chain(memory).collect()
 }
 
 /// Makes a model's force as large as an open-loop fit has it along the motion that its own states make: accelerations that
@@ -850,7 +868,7 @@ fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
 fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) -> bool {
     let derivative = i32::from(model.effect.is_of_velocity());
     let mut pairs: Vec<(f64, f64)> = Vec::new();
-    for (own, values) in states.iter().zip(&force.values) {
+    for (own, values) in states.modes.iter().zip(&force.values) {
         let samples = own.first().map_or(0, Vec::len);
         let at = |t: usize| {
             let shown = |i: usize| {
@@ -861,18 +879,18 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
         };
         pairs.extend((0..samples).map(|t| (at(t), values[t * force.parts])));
     }
-    if model.has_gap() {
+    if model.effect == Effect::Clearance {
         // The gap is left as often.
         let beyond = pairs.iter().filter(|(_, f)| *f != 0.0).count();
         let mut sizes: Vec<f64> = pairs.iter().map(|(x, _)| x.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         if let Some(gap) = sizes.get(sizes.len() - beyond.clamp(1, sizes.len().max(1))).filter(|g| **g > 0.0) {
-            model.inner = *gap;
+            model.inner[0] = *gap;
         }
     }
     let (mut product, mut square) = (0.0, 0.0);
     for (x, measured) in pairs {
-        let own = model.effect.at(x, model.inner) / model.unit;
+        let own = model.effect.at(x, model.inner[0]) / model.unit;
         product += own * measured;
         square += own * own;
     }
@@ -882,7 +900,7 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
     }
     model.shape.iter_mut().flatten().for_each(|s| *s *= size);
     model.drive.iter_mut().flatten().for_each(|d| *d /= size);
-    states.iter_mut().flatten().flatten().for_each(|z| *z /= size);
+    states.modes.iter_mut().flatten().flatten().for_each(|z| *z /= size);
     true
 }
 

@@ -2,7 +2,29 @@
 
 use std::fmt;
 
+use super::limits::MAX_CHANGE;
+
+/// A force along a step on which the motion goes straight: its mean, its value at the end, and what changes either.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pass {
+    pub(crate) mean: f64,
+    pub(crate) mean_by: PassSlopes,
+    pub(crate) end: f64,
+    pub(crate) end_by: PassSlopes,
+}
+
+/// Derivatives by the motion before and after a step, by what is inside the force, and by its inner state before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PassSlopes {
+    pub(crate) before: f64,
+    pub(crate) after: f64,
+    pub(crate) inner: [f64; 2],
+    pub(crate) memory: f64,
+}
+
 /// A kind of force.
+///
+/// What is inside it: of a clearance the gap, of friction the velocity within which it changes its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
     /// k x³.
@@ -57,6 +79,52 @@ impl Effect {
     /// True if it may act either way; friction, dampers and stops take energy or push back.
     pub(crate) fn has_either_sign(self) -> bool {
         matches!(self, Self::CubicStiffness | Self::QuadraticStiffness | Self::QuadraticDamping)
+    }
+
+    /// How many numbers inside it are fitted.
+    pub(crate) fn free_inner(self) -> usize {
+        usize::from(self == Self::Clearance)
+    }
+
+    /// True if it has an inner state, which is then the force itself.
+    pub(crate) fn has_memory(self) -> bool {
+        self.free_inner() > 1
+    }
+
+    /// What is inside it after a change: of the first number's logarithm.
+    pub(crate) fn moved_inner(self, inner: [f64; 2], change: &[f64]) -> [f64; 2] {
+        let by = change.first().map_or(0.0, |c| c.clamp(-MAX_CHANGE[2], MAX_CHANGE[2]));
+        [inner[0] * by.exp(), inner[1]]
+    }
+
+    /// How much a number inside it changes for a unit of what `moved_inner` takes.
+    pub(crate) fn inner_scale(self, which: usize, inner: [f64; 2]) -> f64 {
+        if which == 0 { inner[0] } else { 1.0 }
+    }
+
+    /// The force where a simulation begins.
+    pub(crate) fn still(self, motion: f64, inner: [f64; 2], memory: f64) -> Pass {
+        if self.has_memory() {
+            let end_by = PassSlopes { memory: 1.0, ..PassSlopes::default() };
+            return Pass { end: memory, end_by, ..Pass::default() };
+        }
+        let (after, by_inner) = self.slope(motion, inner[0]);
+        let end_by = PassSlopes { after, inner: [by_inner, 0.0], ..PassSlopes::default() };
+        Pass { end: self.at(motion, inner[0]), end_by, ..Pass::default() }
+    }
+
+    /// The force over a step from a motion and an inner state, with all derivatives.
+    pub(crate) fn pass(self, before: f64, after: f64, inner: [f64; 2], memory: f64) -> Pass {
+        let (mean, [by_before, by_after, by_inner]) = self.mean(before, after, inner[0]);
+        let mean_by =
+            PassSlopes { before: by_before, after: by_after, inner: [by_inner, 0.0], ..PassSlopes::default() };
+        Pass { mean, mean_by, ..self.still(after, inner, memory) }
+    }
+
+    /// The mean of `pass` and its slope by the motion's end.
+    pub(crate) fn mean_and_slope(self, before: f64, after: f64, inner: [f64; 2], _memory: f64) -> (f64, f64) {
+        let (mean, [_, slope, _]) = self.mean(before, after, inner[0]);
+        (mean, slope)
     }
 
     /// The force at a motion `x` (displacement or velocity, as it depends on); `inner` is the gap, or the velocity within which

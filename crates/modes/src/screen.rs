@@ -32,8 +32,8 @@ pub(crate) enum SiteKind {
 pub(crate) struct Candidate {
     pub(crate) effect: Effect,
     pub(crate) site: Site,
-    /// The gap, or the velocity within which friction changes its sign.
-    pub(crate) inner: f64,
+    /// What is inside the force: see [`Effect`].
+    pub(crate) inner: [f64; 2],
     /// Of the fitted and the unseen records, divided by `unit`.
     pub(crate) fitted: ForceSeries,
     pub(crate) unseen: ForceSeries,
@@ -196,7 +196,7 @@ impl Screen<'_> {
         let mut candidate = Candidate {
             effect,
             site: motion_site,
-            inner,
+            inner: [inner, 0.0],
             fitted,
             unseen,
             unit,

@@ -63,7 +63,7 @@ impl RecordStart {
             let first = course.segments.iter().position(|s| (s.record, s.start) == (record, 0));
             let states = first.and_then(|k| model.initial.get(k));
             for (mode, largest) in order.iter().zip(largest) {
-                let state = states.map_or(Complex::new(0.0, 0.0), |all| all[*mode]);
+                let state = states.map_or(Complex::new(0.0, 0.0), |all| all.modes[*mode]);
                 start.push(model.poles[*mode], state * *largest);
             }
             start.offsets = offsets.iter().zip(sensors).map(|(o, s)| o * s.scale).collect();

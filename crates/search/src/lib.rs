@@ -60,7 +60,9 @@ mod tests;
 mod walk;
 mod words;
 
-pub use effects::{Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
+pub use effects::{
+    Axis, DESCRIPTION, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm, hysteresis_rate,
+};
 pub use error::GapError;
 pub use evidence::LEVEL;
 pub use experiment::{NextExperiment, ProposedDrive, ProposedTest};
