@@ -8,10 +8,10 @@ use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
-    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HOLDS, HOPELESS,
-    HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT,
-    NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH,
-    WHOLE_STEPS, WRONG_COUPLING,
+    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
+    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR,
+    NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS,
+    STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Series};
@@ -104,6 +104,17 @@ pub struct ForceParameter {
     pub std_error: Option<f64>,
     /// Its unit.
     pub unit: String,
+}
+
+/// What the candidates that were fitted before have come to.
+#[derive(Clone, Copy)]
+struct Standing {
+    /// True if one explains the data.
+    explained: bool,
+    /// Their least error.
+    error: f64,
+    /// The least noise that their residuals show.
+    noise: f64,
 }
 
 /// A candidate fitted to its end.
@@ -299,8 +310,12 @@ impl ForceSearch<'_> {
                 if explained && candidate.error > NEAR * best {
                     continue;
                 }
-                let least = all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
-                all.extend(self.closed(&screen, candidate, (explained, least), cancel));
+                let standing = Standing {
+                    explained,
+                    error: all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min),
+                    noise: all.iter().map(|f| self.noise_in(&f.residuals.unseen)).fold(self.noise, f64::min),
+                };
+                all.extend(self.closed(&screen, candidate, standing, cancel));
                 if cancel.is_cancelled() {
                     return Err(ModesError::Cancelled);
                 }
@@ -315,7 +330,14 @@ impl ForceSearch<'_> {
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
     fn promising(&self, candidates: Vec<Candidate>, fitted: &[Fitted], best: f64) -> Vec<Candidate> {
         let mut chosen: Vec<Candidate> = Vec::new();
-        for c in candidates {
+        // Before one that contains another stands that other, which it must beat.
+        let mut ordered: Vec<Candidate> = Vec::new();
+        for c in &candidates {
+            let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));
+            ordered.extend(simpler.filter(|s| s.error < NEAR_OTHER_EFFECT * best).cloned());
+            ordered.push(c.clone());
+        }
+        for c in ordered {
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
             let known = chosen.iter().chain(fitted.iter().map(|f| &f.candidate));
             let first = known.into_iter().all(|k| k.effect != c.effect);
@@ -333,15 +355,16 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         mut candidate: Candidate,
-        (rival, best): (bool, f64),
+        standing: Standing,
         cancel: &Cancel,
     ) -> Option<Fitted> {
+        let rival = standing.explained;
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
         let across = Screen::across(self.measurement, candidate.site)?;
         let parts = if candidate.effect.is_of_velocity() { PARTS } else { 2 };
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
-        let bound = (HOPELESS_NOISES * self.noise).max(HOPELESS * best.min(self.linear_error()));
+        let bound = (HOPELESS_NOISES * standing.noise).max(HOPELESS * standing.error.min(self.linear_error()));
         let mut done = false;
         let mut got: Option<(Followed, Unseen)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
@@ -374,6 +397,9 @@ impl ForceSearch<'_> {
                     if good {
                         break;
                     }
+                } else if standing.error < HOPELESS_NOISES * standing.noise {
+                    // Beside one that comes near the noise, what is far from it gets no other start.
+                    break;
                 }
             }
             let Some((found, kind)) = best_start else { break };
@@ -412,6 +438,9 @@ impl ForceSearch<'_> {
         let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
         let (found, unseen) = got?;
+        if found.model.effect.has_memory() && found.model.inner[0] < candidate.least_yield {
+            return None;
+        }
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
@@ -593,15 +622,25 @@ impl ForceSearch<'_> {
         let whole_initial = start.initial.clone();
         let rest = whole_initial.is_empty();
         let total: usize = series.iter().map(Series::len).sum();
-        let segments = stretches(series, self.stretch(&start), HELD_SAMPLES / total as f64);
-        let mut model = start;
-        model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
-        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
+        let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
+        // The course over a share of these samples, each segment's state fitted.
+        let begun = |model: ClosedModel, share: f64| {
+            let segments = stretches(series, self.stretch(&model), share * samples / total as f64);
+            let initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
+            let course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+            let model = ClosedModel { initial, ..model };
+            (model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel), course)
+        };
+        let (mut model, mut course) = begun(start, HOLDS[0].1);
         let mut error = f64::INFINITY;
         let whole =
             Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        for hold in HOLDS {
+        let mut share = HOLDS[0].1;
+        for (hold, enough) in HOLDS {
+            if enough > share {
+                (model, course) = begun(model, enough);
+                share = enough;
+            }
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
@@ -611,7 +650,7 @@ impl ForceSearch<'_> {
                 return None;
             }
             // Where whole records can be followed from here, nothing needs to be held.
-            if rest && hold > HOLDS[0] {
+            if rest && hold > HOLDS[0].0 {
                 let run =
                     ClosedModel { initial: Vec::new(), ..model.clone() }.simulate(whole.along(sensors, series, parts));
                 if run.is_some_and(|r| rms(r.residuals.iter().flatten()) < FOLLOWED * error) {
@@ -667,7 +706,7 @@ impl ForceSearch<'_> {
         model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
         let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
         model = model.swept(course.along(sensors, series, parts), STATE_STEPS, cancel);
-        for hold in HOLDS {
+        for (hold, _) in HOLDS {
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             model = model.fitted(of, Free::Initial, HELD_STEPS, HELD_GAIN, cancel)?.0;
@@ -721,6 +760,16 @@ impl ForceSearch<'_> {
     fn chosen(&self, mut fitted: Vec<Fitted>, period: f64) -> Option<Chosen> {
         let step = &self.path.steps[self.path.chosen];
         let plain = step.residuals.densities(&self.split.intervals(), period);
+        let is_contained = |larger: &Fitted, smaller: &Fitted| {
+            larger.candidate.site == smaller.candidate.site
+                && larger.candidate.effect.contains(smaller.candidate.effect)
+        };
+        // One that contains another must beat it.
+        let needless: Vec<bool> = (fitted.iter())
+            .map(|f| fitted.iter().any(|g| is_contained(f, g) && !beats(&f.densities, &g.densities)))
+            .collect();
+        let mut needless = needless.into_iter();
+        fitted.retain(|_| !needless.next().unwrap_or(false));
         fitted.sort_by(|a, b| {
             let sum = |f: &Fitted| f.densities.iter().sum::<f64>();
             sum(b).total_cmp(&sum(a))
@@ -828,6 +877,7 @@ impl ForceSearch<'_> {
             Effect::Clearance => ("k", 1),
             Effect::QuadraticDamping => ("c_2", 2),
             Effect::QuadraticStiffness => ("k_2", 2),
+            Effect::BoucWenHysteresis => ("k_h", 1),
         };
         let of_velocity = model.effect == Effect::QuadraticDamping;
         let unit_of = match (power, of_velocity) {
@@ -838,13 +888,18 @@ impl ForceSearch<'_> {
             _ => format!("1/({unit}^2 s^2)"),
         };
         let mut parameters = vec![ForceParameter { name, value: size, std_error: size_error, unit: unit_of }];
-        if model.effect == Effect::Clearance {
-            let at = model.shared() - 1;
+        let inner_names: &[&str] = match model.effect {
+            Effect::Clearance => &["gap"],
+            Effect::BoucWenHysteresis => &["x_b", "gamma/beta"],
+            _ => &[],
+        };
+        for (k, name) in inner_names.iter().enumerate() {
+            let at = model.shared() - inner_names.len() + k;
             parameters.push(ForceParameter {
-                name: "gap",
-                value: model.inner[0],
-                std_error: error(at).map(|e| e * model.inner[0]),
-                unit: unit.to_owned(),
+                name,
+                value: model.inner[k],
+                std_error: error(at).map(|e| e * model.effect.inner_scale(k, model.inner)),
+                unit: if k == 0 { unit.to_owned() } else { String::new() },
             });
         }
         let starts = RecordStart::closed(sensors, model, course, (&order, &sizes));
@@ -889,8 +944,9 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
         }
     }
     let (mut product, mut square) = (0.0, 0.0);
-    for (x, measured) in pairs {
-        let own = model.effect.at(x, model.inner[0]) / model.unit;
+    let motion: Vec<f64> = pairs.iter().map(|(x, _)| *x).collect();
+    for (own, (_, measured)) in model.effect.along(&motion, model.inner).into_iter().zip(pairs) {
+        let own = own / model.unit;
         product += own * measured;
         square += own * own;
     }

@@ -6,8 +6,8 @@ use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::Residuals;
 use super::limits::{
-    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, MOST_PAIRS, NEAR_PLACE, SCREEN_ROWS, SCREEN_STEPS,
-    SMOOTHING,
+    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, NEAR_PLACE, SCREEN_ROWS,
+    SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Quantity, Series};
@@ -39,6 +39,9 @@ pub(crate) struct Candidate {
     pub(crate) unseen: ForceSeries,
     pub(crate) unit: f64,
     pub(crate) poles: Vec<Pole>,
+    /// Displacement below which a joint that yields is told from dry friction by no data: its loop is closed within a sample, or
+    /// very small.
+    pub(crate) least_yield: f64,
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
 }
@@ -137,16 +140,20 @@ impl Screen<'_> {
         let measured = self.measurement.sensors.iter().all(|s| s.quantity == Quantity::Displacement);
         let corners = if measured { &CORNERS[..1] } else { &CORNERS[..] };
         let motions: Vec<SiteMotion> = corners.iter().flat_map(|c| self.motions(reach, *c)).collect();
-        let rough = |m: &SiteMotion, effect: Effect| -> Vec<f64> {
-            if effect == Effect::Clearance { GAPS.iter().map(|g| g * largest(m)).collect() } else { vec![inner(m)] }
+        let rough = |m: &SiteMotion, effect: Effect| -> Vec<[f64; 2]> {
+            match effect {
+                Effect::Clearance => GAPS.iter().map(|g| [g * largest(m), 0.0]).collect(),
+                Effect::BoucWenHysteresis => YIELDS.iter().map(|y| [y * size(m), YIELD_RATIO]).collect(),
+                _ => vec![[inner(m), 0.0]],
+            }
         };
-        let mut tasks: Vec<(usize, Effect, f64)> = Vec::new();
+        let mut tasks: Vec<(usize, Effect, [f64; 2])> = Vec::new();
         for (k, motion) in motions.iter().enumerate() {
             for effect in Effect::ALL {
                 tasks.extend(rough(motion, effect).into_iter().map(|g| (k, effect, g)));
             }
         }
-        let run = |tasks: Vec<(usize, Effect, f64)>| -> Vec<Candidate> {
+        let run = |tasks: Vec<(usize, Effect, [f64; 2])>| -> Vec<Candidate> {
             let all: Vec<Option<Candidate>> = tasks
                 .into_par_iter()
                 .map(
@@ -167,11 +174,11 @@ impl Screen<'_> {
                 places.push(c.site);
             }
         }
-        let mut finer: Vec<(usize, Effect, f64)> = Vec::new();
+        let mut finer: Vec<(usize, Effect, [f64; 2])> = Vec::new();
         for site in places.into_iter().take(2) {
             let at = motions.iter().enumerate().filter(|(_, m)| m.site == site);
             for (k, motion) in at {
-                finer.extend(FINER_GAPS.iter().map(|g| (k, Effect::Clearance, g * largest(motion))));
+                finer.extend(FINER_GAPS.iter().map(|g| (k, Effect::Clearance, [g * largest(motion), 0.0])));
             }
         }
         found.extend(run(finer));
@@ -180,9 +187,13 @@ impl Screen<'_> {
         found
     }
 
-    fn candidate(&self, motion: &SiteMotion, effect: Effect, inner: f64, cancel: &Cancel) -> Option<Candidate> {
+    fn longest_interval(&self) -> f64 {
+        self.split.fitted.iter().map(|s| s.interval).fold(0.0, f64::max)
+    }
+
+    fn candidate(&self, motion: &SiteMotion, effect: Effect, inner: [f64; 2], cancel: &Cancel) -> Option<Candidate> {
         let argument = |m: &Motion| if effect.is_of_velocity() { m.velocity.clone() } else { m.displacement.clone() };
-        let force = |m: &Motion| -> Vec<f64> { argument(m).into_iter().map(|x| effect.at(x, inner)).collect() };
+        let force = |m: &Motion| -> Vec<f64> { effect.along(&argument(m), inner) };
         let mut fitted = ForceSeries { parts: PARTS, values: motion.fitted.iter().map(force).collect() };
         let mut unseen = ForceSeries { parts: PARTS, values: motion.unseen.iter().map(force).collect() };
         let unit = fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
@@ -196,11 +207,12 @@ impl Screen<'_> {
         let mut candidate = Candidate {
             effect,
             site: motion_site,
-            inner: [inner, 0.0],
+            inner,
             fitted,
             unseen,
             unit,
             poles: Vec::new(),
+            least_yield: (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
             error: f64::INFINITY,
         };
         let path =
@@ -302,8 +314,18 @@ fn largest(motion: &SiteMotion) -> f64 {
     motion.fitted.iter().flat_map(|m| &m.displacement).fold(0.0, |a, x| a.max(x.abs()))
 }
 
+/// Deviation of the displacement, of the record where it is largest.
+fn size(motion: &SiteMotion) -> f64 {
+    motion.fitted.iter().map(|m| deviation(&m.displacement)).fold(0.0, f64::max)
+}
+
+/// The same of the velocity.
+fn speed(motion: &SiteMotion) -> f64 {
+    motion.fitted.iter().map(|m| deviation(&m.velocity)).fold(0.0, f64::max)
+}
+
 fn inner(motion: &SiteMotion) -> f64 {
-    SMOOTHING * motion.fitted.iter().map(|m| deviation(&m.velocity)).fold(0.0, f64::max)
+    SMOOTHING * speed(motion)
 }
 
 pub(crate) fn deviation(values: &[f64]) -> f64 {

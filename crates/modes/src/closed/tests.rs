@@ -19,12 +19,19 @@ fn model(effect: Effect) -> ClosedModel {
         across: vec![1.0, 0.0],
         sign: 1.0,
         unit: 0.7,
-        inner: [if effect == Effect::Clearance { 0.3 } else { 0.05 }, 0.0],
+        inner: match effect {
+            Effect::Clearance => [0.3, 0.0],
+            Effect::BoucWenHysteresis => [0.4, 0.8],
+            _ => [0.05, 0.0],
+        },
         poles: vec![Pole { omega: 3.0, damping: 0.02 }, Pole { omega: 7.0, damping: 0.01 }],
         drive: vec![vec![1.0], vec![-0.7]],
         shape: vec![vec![0.8, 0.5], vec![-0.4, 0.9]],
         initial: [1.0, -0.6]
-            .map(|k| State { modes: vec![Complex::new(0.1 * k, 0.2), Complex::new(-0.2, 0.1 * k)], memory: 0.0 })
+            .map(|k| State {
+                modes: vec![Complex::new(0.1 * k, 0.2), Complex::new(-0.2, 0.1 * k)],
+                memory: if effect.has_memory() { 0.1 * k } else { 0.0 },
+            })
             .to_vec(),
     }
 }
@@ -38,10 +45,11 @@ fn derivatives_are_those_of_the_simulation() {
         [Series { name: String::new(), interval: 0.1, inputs: vec![input], outputs: vec![vec![0.0; n], vec![0.0; n]] }];
     let sensors = sensors();
     let segments = [(0, 171), (170, 130)].map(|(start, length)| Segment { record: 0, start, length });
-    let joint = Some(Joint { weights: &[3.0, 5.0], rest: true });
-    let of = Loop { sensors: &sensors, series: &series, segments: &segments, offsets: &[], parts: 4, joint };
     for effect in Effect::ALL {
         let model = model(effect);
+        let weights = [3.0, 5.0, 2.0];
+        let joint = Some(Joint { weights: &weights[..if effect.has_memory() { 3 } else { 2 }], rest: true });
+        let of = Loop { sensors: &sensors, series: &series, segments: &segments, offsets: &[], parts: 4, joint };
         let (_, normal) = model.run(of, Some(Free::All), None).expect("bounded");
         let normal = normal.expect("asked for");
         let shared = model.shared();
