@@ -8,10 +8,10 @@ use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
-    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
-    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR,
-    NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS,
-    STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    AT_REST, BEGINNING, EARLY_GAIN, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS,
+    HELD_VALUES, HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN,
+    MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
+    SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Series};
@@ -388,7 +388,7 @@ impl ForceSearch<'_> {
             let mut best_start: Option<(Followed, StartKind)> = None;
             for which in &starts {
                 let Some((start, states)) = self.start(&task, &fit, &candidate, &across, *which) else { continue };
-                let found = self.follow(start, &states, &offsets, (parts, bound), cancel);
+                let found = self.follow(start, &states, &offsets, (parts, bound, candidate.yields.1), cancel);
                 if let Some(found) = found {
                     let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
                     if best_start.as_ref().is_none_or(|(b, _)| found.error < b.error) {
@@ -438,7 +438,8 @@ impl ForceSearch<'_> {
         let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
         let (found, unseen) = got?;
-        if found.model.effect.has_memory() && found.model.inner[0] < candidate.least_yield {
+        // A joint that yields at once is dry friction.
+        if found.model.effect.has_memory() && found.model.inner[0] < candidate.yields.0 {
             return None;
         }
         let unknowns = found.model.shared();
@@ -609,13 +610,14 @@ impl ForceSearch<'_> {
     }
 
     /// Fits over short stretches that are held together ever more, then over whole records; where these cannot be followed,
-    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound.
+    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound, or a joint does
+    /// not yield below the displacement `most_yield`.
     fn follow(
         &self,
         start: ClosedModel,
         states: &States,
         offsets: &[Vec<f64>],
-        (parts, bound): (usize, f64),
+        (parts, bound, most_yield): (usize, f64, f64),
         cancel: &Cancel,
     ) -> Option<Followed> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
@@ -643,10 +645,11 @@ impl ForceSearch<'_> {
             }
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
-            let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
+            let gain = if hold < HOLDS[HOLDS.len() - 1].0 { EARLY_GAIN } else { HELD_GAIN };
+            let (found, left) = model.fitted(of, Free::All, HELD_STEPS, gain, cancel)?;
             model = found;
             error = (left.squares / left.samples as f64).sqrt();
-            if error > bound {
+            if error > bound || (model.effect.has_memory() && model.inner[0] > most_yield) {
                 return None;
             }
             // Where whole records can be followed from here, nothing needs to be held.

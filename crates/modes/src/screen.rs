@@ -6,8 +6,8 @@ use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::Residuals;
 use super::limits::{
-    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, NEAR_PLACE, SCREEN_ROWS,
-    SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
+    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_YIELD, NEAR_PLACE,
+    SCREEN_ROWS, SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Quantity, Series};
@@ -39,9 +39,9 @@ pub(crate) struct Candidate {
     pub(crate) unseen: ForceSeries,
     pub(crate) unit: f64,
     pub(crate) poles: Vec<Pole>,
-    /// Displacement below which a joint that yields is told from dry friction by no data: its loop is closed within a sample, or
-    /// very small.
-    pub(crate) least_yield: f64,
+    /// Between which displacements a joint must yield: below, its loop is closed within a sample or very small, and nothing tells it
+    /// from dry friction; above, it is a spring.
+    pub(crate) yields: (f64, f64),
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
 }
@@ -212,7 +212,10 @@ impl Screen<'_> {
             unseen,
             unit,
             poles: Vec::new(),
-            least_yield: (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
+            yields: (
+                (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
+                MOST_YIELD * size(motion),
+            ),
             error: f64::INFINITY,
         };
         let path =
