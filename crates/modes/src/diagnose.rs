@@ -10,8 +10,8 @@ use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, EARLY_GAIN, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS,
     HELD_VALUES, HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN,
-    MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
-    SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    MOST_CANDIDATES, MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS,
+    SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Series};
@@ -115,6 +115,31 @@ struct Standing {
     error: f64,
     /// The least noise that their residuals show.
     noise: f64,
+}
+
+/// The least errors of screened candidates: a joint that slips stands in for much of what others do, so these are held against
+/// each other alone.
+#[derive(Clone, Copy)]
+struct Nearest {
+    /// Of those without a memory.
+    plain: f64,
+    any: f64,
+}
+
+impl Nearest {
+    fn see(&mut self, candidates: &[Candidate]) {
+        for c in candidates {
+            self.any = self.any.min(c.error);
+            if !c.effect.has_memory() {
+                self.plain = self.plain.min(c.error);
+            }
+        }
+    }
+
+    /// What a candidate is held against.
+    fn to(self, effect: Effect) -> f64 {
+        if effect.has_memory() { self.any } else { self.plain }
+    }
 }
 
 /// A candidate fitted to its end.
@@ -292,7 +317,7 @@ impl ForceSearch<'_> {
         let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
         let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
         let mut all: Vec<Fitted> = Vec::new();
-        let mut best = f64::INFINITY;
+        let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
         // Where a force to the ground explains the data, none between sensors is asked for.
         for (reach, from, to) in [(SiteKind::Ground, 0.05, 0.6), (SiteKind::Pairs, 0.6, 1.0)] {
             if all.iter().any(explains) {
@@ -300,14 +325,14 @@ impl ForceSearch<'_> {
             }
             let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
             let candidates = screen.candidates(reach, &screened, cancel);
-            best = candidates.first().map_or(best, |c| best.min(c.error));
-            let chosen = self.promising(candidates, &all, best);
+            nearest.see(&candidates);
+            let chosen = self.promising(&candidates, &all, nearest);
             let count = chosen.len();
             for (k, candidate) in chosen.into_iter().enumerate() {
                 report("fitting the force", from + (to - from) * (0.4 + 0.6 * k as f64 / count as f64));
                 // Where one explains the data, those that are far from it need no fit.
                 let explained = all.iter().any(explains);
-                if explained && candidate.error > NEAR * best {
+                if explained && candidate.error > NEAR * nearest.to(candidate.effect) {
                     continue;
                 }
                 let standing = Standing {
@@ -328,25 +353,32 @@ impl ForceSearch<'_> {
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
-    fn promising(&self, candidates: Vec<Candidate>, fitted: &[Fitted], best: f64) -> Vec<Candidate> {
-        let mut chosen: Vec<Candidate> = Vec::new();
-        // Before one that contains another stands that other, which it must beat.
-        let mut ordered: Vec<Candidate> = Vec::new();
-        for c in &candidates {
-            let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));
-            ordered.extend(simpler.filter(|s| s.error < NEAR_OTHER_EFFECT * best).cloned());
-            ordered.push(c.clone());
-        }
-        for c in ordered {
+    fn promising(&self, candidates: &[Candidate], fitted: &[Fitted], nearest: Nearest) -> Vec<Candidate> {
+        let mut chosen: Vec<&Candidate> = Vec::new();
+        for c in candidates {
+            let memory = c.effect.has_memory();
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
-            let known = chosen.iter().chain(fitted.iter().map(|f| &f.candidate));
-            let first = known.into_iter().all(|k| k.effect != c.effect);
-            let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * best;
-            if new && near && c.error < FORCE_GAIN * self.linear_error() && chosen.len() < MOST_CANDIDATES {
+            let mut known = chosen.iter().copied().chain(fitted.iter().map(|f| &f.candidate));
+            let first = !memory && known.all(|k| k.effect != c.effect);
+            let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * nearest.to(c.effect);
+            let count = chosen.iter().filter(|k| k.effect.has_memory() == memory).count();
+            let most = if memory { MOST_JOINTS } else { MOST_CANDIDATES };
+            if new && near && c.error < FORCE_GAIN * self.linear_error() && count < most {
                 chosen.push(c);
             }
         }
-        chosen
+        // Before one that contains another stands that other, which it must beat.
+        let mut ordered: Vec<&Candidate> = Vec::new();
+        for c in chosen {
+            let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));
+            let near = simpler.filter(|s| s.error < NEAR_OTHER_EFFECT * nearest.any);
+            for c in near.into_iter().chain([c]) {
+                if ordered.iter().all(|k| (k.effect, k.site) != (c.effect, c.site)) {
+                    ordered.push(c);
+                }
+            }
+        }
+        ordered.into_iter().cloned().collect()
     }
 
     /// A candidate fitted in open loop, then in closed loop from several starts; a rival of one that explains the data gets

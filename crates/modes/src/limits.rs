@@ -124,6 +124,8 @@ pub(crate) const NEAR: f64 = 1.25;
 pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 /// Most candidates that go to the closed loop, of each kind of place.
 pub(crate) const MOST_CANDIDATES: usize = 5;
+/// The same of joints that slip.
+pub(crate) const MOST_JOINTS: usize = 2;
 /// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
 /// for that force's error.
 pub(crate) const ROUGH: f64 = 1.2;

@@ -167,9 +167,10 @@ impl Screen<'_> {
         let mut found = run(tasks);
         report(0.7);
         sort(&mut found);
-        let Some(best) = found.first().map(|c| c.error) else { return found };
+        let plain = || found.iter().filter(|c| !c.effect.has_memory());
+        let Some(best) = plain().next().map(|c| c.error) else { return found };
         let mut places: Vec<Site> = Vec::new();
-        for c in found.iter().filter(|c| c.error < NEAR_PLACE * best) {
+        for c in plain().filter(|c| c.error < NEAR_PLACE * best) {
             if !places.contains(&c.site) {
                 places.push(c.site);
             }

@@ -159,11 +159,11 @@ impl<'a> Course<'a> {
             }
             let order = quantity.derivatives() as usize;
             let mut shown = [0.0; MODES];
-            for i in 0..m {
-                shown[i] = imaginary(self.steps[i].shows[order], motion.states[i]);
+            for (i, shown) in shown.iter_mut().enumerate().take(m) {
+                *shown = imaginary(self.steps[i].shows[order], motion.states[i]);
                 if order == 2 {
                     let driven = model.drive[i].iter().zip(&self.series.inputs).map(|(b, u)| b * u[n]).sum::<f64>();
-                    shown[i] += driven - self.pushes[i] * motion.pass.end;
+                    *shown += driven - self.pushes[i] * motion.pass.end;
                 }
             }
             if let Some(tangent) = &mut tangent {
