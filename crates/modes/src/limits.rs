@@ -143,8 +143,6 @@ pub(crate) const HOLDS: [(f64, f64); 5] = [(1.0, 0.35), (4.0, 0.35), (16.0, 1.0)
 /// Steps with each hold, and the share of the sum of squares that a step must gain for another to follow.
 pub(crate) const HELD_STEPS: usize = 15;
 pub(crate) const HELD_GAIN: f64 = 3e-3;
-/// That share with all holds but the last, which only bring the parameters near.
-pub(crate) const EARLY_GAIN: f64 = 1e-2;
 /// Samples of all records together that are fitted in stretches: enough for the parameters to be known to a thousandth.
 pub(crate) const HELD_SAMPLES: f64 = 12_000.0;
 /// The same of samples times sensors.
