@@ -2,16 +2,16 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::closed::{ClosedModel, Course, Free, Segment};
+use super::closed::{ClosedModel, Course, Free, Segment, State};
 use super::error::ModesError;
 use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
-    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HOLDS, HOPELESS,
-    HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES, NEAR, NEAR_OTHER_EFFECT,
-    NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH,
-    WHOLE_STEPS, WRONG_COUPLING,
+    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
+    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES,
+    MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
+    SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Series};
@@ -104,6 +104,42 @@ pub struct ForceParameter {
     pub std_error: Option<f64>,
     /// Its unit.
     pub unit: String,
+}
+
+/// What the candidates that were fitted before have come to.
+#[derive(Clone, Copy)]
+struct Standing {
+    /// True if one explains the data.
+    explained: bool,
+    /// Their least error.
+    error: f64,
+    /// The least noise that their residuals show.
+    noise: f64,
+}
+
+/// The least errors of screened candidates: a joint that slips stands in for much of what others do, so these are held against
+/// each other alone.
+#[derive(Clone, Copy)]
+struct Nearest {
+    /// Of those without a memory.
+    plain: f64,
+    any: f64,
+}
+
+impl Nearest {
+    fn see(&mut self, candidates: &[Candidate]) {
+        for c in candidates {
+            self.any = self.any.min(c.error);
+            if !c.effect.has_memory() {
+                self.plain = self.plain.min(c.error);
+            }
+        }
+    }
+
+    /// What a candidate is held against.
+    fn to(self, effect: Effect) -> f64 {
+        if effect.has_memory() { self.any } else { self.plain }
+    }
 }
 
 /// A candidate fitted to its end.
@@ -204,8 +240,20 @@ struct ForceSearch<'a> {
     noise: f64,
 }
 
-/// The modes' states `[record][mode][sample]`.
-type States = Vec<Vec<Vec<Complex<f64>>>>;
+/// The states along the fitted records as an open-loop fit has them.
+struct States {
+    /// `modes[record][mode][sample]`
+    modes: Vec<Vec<Vec<Complex<f64>>>>,
+    /// The force's inner state, `memory[record][sample]`; empty where it has none.
+    memory: Vec<Vec<f64>>,
+}
+
+impl States {
+    fn at(&self, record: usize, sample: usize) -> State {
+        let memory = self.memory.get(record).map_or(0.0, |m| m[sample]);
+        State { modes: self.modes[record].iter().map(|m| m[sample]).collect(), memory }
+    }
+}
 
 /// How a closed loop starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -269,7 +317,7 @@ impl ForceSearch<'_> {
         let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
         let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
         let mut all: Vec<Fitted> = Vec::new();
-        let mut best = f64::INFINITY;
+        let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
         // Where a force to the ground explains the data, none between sensors is asked for.
         for (reach, from, to) in [(SiteKind::Ground, 0.05, 0.6), (SiteKind::Pairs, 0.6, 1.0)] {
             if all.iter().any(explains) {
@@ -277,18 +325,22 @@ impl ForceSearch<'_> {
             }
             let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
             let candidates = screen.candidates(reach, &screened, cancel);
-            best = candidates.first().map_or(best, |c| best.min(c.error));
-            let chosen = self.promising(candidates, &all, best);
+            nearest.see(&candidates);
+            let chosen = self.promising(&candidates, &all, nearest);
             let count = chosen.len();
             for (k, candidate) in chosen.into_iter().enumerate() {
                 report("fitting the force", from + (to - from) * (0.4 + 0.6 * k as f64 / count as f64));
                 // Where one explains the data, those that are far from it need no fit.
                 let explained = all.iter().any(explains);
-                if explained && candidate.error > NEAR * best {
+                if explained && candidate.error > NEAR * nearest.to(candidate.effect) {
                     continue;
                 }
-                let least = all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
-                all.extend(self.closed(&screen, candidate, (explained, least), cancel));
+                let standing = Standing {
+                    explained,
+                    error: all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min),
+                    noise: all.iter().map(|f| self.noise_in(&f.residuals.unseen)).fold(self.noise, f64::min),
+                };
+                all.extend(self.closed(&screen, candidate, standing, cancel));
                 if cancel.is_cancelled() {
                     return Err(ModesError::Cancelled);
                 }
@@ -301,18 +353,32 @@ impl ForceSearch<'_> {
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
-    fn promising(&self, candidates: Vec<Candidate>, fitted: &[Fitted], best: f64) -> Vec<Candidate> {
-        let mut chosen: Vec<Candidate> = Vec::new();
+    fn promising(&self, candidates: &[Candidate], fitted: &[Fitted], nearest: Nearest) -> Vec<Candidate> {
+        let mut chosen: Vec<&Candidate> = Vec::new();
         for c in candidates {
+            let memory = c.effect.has_memory();
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
-            let known = chosen.iter().chain(fitted.iter().map(|f| &f.candidate));
-            let first = known.into_iter().all(|k| k.effect != c.effect);
-            let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * best;
-            if new && near && c.error < FORCE_GAIN * self.linear_error() && chosen.len() < MOST_CANDIDATES {
+            let mut known = chosen.iter().copied().chain(fitted.iter().map(|f| &f.candidate));
+            let first = !memory && known.all(|k| k.effect != c.effect);
+            let near = c.error < if first { NEAR_OTHER_EFFECT } else { NEAR } * nearest.to(c.effect);
+            let count = chosen.iter().filter(|k| k.effect.has_memory() == memory).count();
+            let most = if memory { MOST_JOINTS } else { MOST_CANDIDATES };
+            if new && near && c.error < FORCE_GAIN * self.linear_error() && count < most {
                 chosen.push(c);
             }
         }
-        chosen
+        // Before one that contains another stands that other, which it must beat.
+        let mut ordered: Vec<&Candidate> = Vec::new();
+        for c in chosen {
+            let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));
+            let near = simpler.filter(|s| s.error < NEAR_OTHER_EFFECT * nearest.any);
+            for c in near.into_iter().chain([c]) {
+                if ordered.iter().all(|k| (k.effect, k.site) != (c.effect, c.site)) {
+                    ordered.push(c);
+                }
+            }
+        }
+        ordered.into_iter().cloned().collect()
     }
 
     /// A candidate fitted in open loop, then in closed loop from several starts; a rival of one that explains the data gets
@@ -321,15 +387,16 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         mut candidate: Candidate,
-        (rival, best): (bool, f64),
+        standing: Standing,
         cancel: &Cancel,
     ) -> Option<Fitted> {
+        let rival = standing.explained;
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
         let across = Screen::across(self.measurement, candidate.site)?;
         let parts = if candidate.effect.is_of_velocity() { PARTS } else { 2 };
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
-        let bound = (HOPELESS_NOISES * self.noise).max(HOPELESS * best.min(self.linear_error()));
+        let bound = (HOPELESS_NOISES * standing.noise).max(HOPELESS * standing.error.min(self.linear_error()));
         let mut done = false;
         let mut got: Option<(Followed, Unseen)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
@@ -353,7 +420,7 @@ impl ForceSearch<'_> {
             let mut best_start: Option<(Followed, StartKind)> = None;
             for which in &starts {
                 let Some((start, states)) = self.start(&task, &fit, &candidate, &across, *which) else { continue };
-                let found = self.follow(start, &states, &offsets, (parts, bound), cancel);
+                let found = self.follow(start, &states, &offsets, (parts, bound, candidate.yields.1), cancel);
                 if let Some(found) = found {
                     let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
                     if best_start.as_ref().is_none_or(|(b, _)| found.error < b.error) {
@@ -362,6 +429,9 @@ impl ForceSearch<'_> {
                     if good {
                         break;
                     }
+                } else if standing.error < HOPELESS_NOISES * standing.noise {
+                    // Beside one that comes near the noise, what is far from it gets no other start.
+                    break;
                 }
             }
             let Some((found, kind)) = best_start else { break };
@@ -400,6 +470,10 @@ impl ForceSearch<'_> {
         let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
         let (found, unseen) = got?;
+        // A joint that yields at once is dry friction.
+        if found.model.effect.has_memory() && found.model.inner[0] < candidate.yields.0 {
+            return None;
+        }
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
@@ -466,8 +540,10 @@ impl ForceSearch<'_> {
             drive.push((0..inputs).map(|j| v[j] / size).collect());
             forced.push(v[inputs] / size);
         }
-        let inner =
-            if candidate.effect == Effect::CoulombFriction { SHARPER * candidate.inner } else { candidate.inner };
+        let mut inner = candidate.inner;
+        if candidate.effect == Effect::CoulombFriction {
+            inner[0] *= SHARPER;
+        }
         let mut model = ClosedModel {
             effect: candidate.effect,
             across: across.to_vec(),
@@ -479,7 +555,7 @@ impl ForceSearch<'_> {
             shape,
             initial: Vec::new(),
         };
-        let mut free = self.initial(task, fit, &model);
+        let free = self.initial(task, fit, &model);
         let states = (0..self.split.fitted.len()).map(|r| {
             let series = &self.split.fitted[r];
             let along = |i: usize| {
@@ -496,7 +572,7 @@ impl ForceSearch<'_> {
                 let force = &candidate.fitted;
                 pole::response_fine(lambda, series.interval, &force.values[r], force.parts, &mut one);
                 add(&one, forced[i]);
-                let mut own = free[r][i];
+                let mut own = free[r].modes[i];
                 let decay = (lambda * series.interval).exp();
                 for z in &mut sum {
                     *z += own;
@@ -506,21 +582,22 @@ impl ForceSearch<'_> {
             };
             (0..fit.poles.len()).map(along).collect::<Vec<_>>()
         });
-        let mut states: States = states.collect();
+        let memory = |values: &Vec<f64>| -> Vec<f64> {
+            values.iter().step_by(candidate.fitted.parts).map(|f| f * candidate.unit).collect()
+        };
+        let memory = candidate.effect.has_memory().then(|| candidate.fitted.values.iter().map(memory).collect());
+        let mut states = States { modes: states.collect(), memory: memory.unwrap_or_default() };
         if which == StartKind::Matched && !matched(&mut model, &mut states, &candidate.fitted) && restoring {
             return None;
         }
-        for (own, all) in free.iter_mut().zip(&states) {
-            own.iter_mut().zip(all).for_each(|(own, all)| *own = all[0]);
-        }
         if !self.at_rest(task, fit) {
-            model.initial = free;
+            model.initial = (0..free.len()).map(|r| states.at(r, 0)).collect();
         }
         Some((model, states))
     }
 
     /// The initial states that the free oscillations of an open-loop fit tell.
-    fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<Vec<Complex<f64>>> {
+    fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<State> {
         let sensors = &self.measurement.sensors;
         let of = |record: usize, mode: usize| {
             let lambda = fit.poles[mode].eigenvalue();
@@ -533,7 +610,8 @@ impl ForceSearch<'_> {
             }
             sum / power.max(1e-300)
         };
-        (0..self.split.fitted.len()).map(|r| (0..fit.poles.len()).map(|i| of(r, i)).collect()).collect()
+        let modes = |r: usize| (0..fit.poles.len()).map(|i| of(r, i)).collect();
+        (0..self.split.fitted.len()).map(|r| State { modes: modes(r), memory: 0.0 }).collect()
     }
 
     /// True if all records start at rest: none has free oscillations worth the name.
@@ -564,38 +642,49 @@ impl ForceSearch<'_> {
     }
 
     /// Fits over short stretches that are held together ever more, then over whole records; where these cannot be followed,
-    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound.
+    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound, or a joint does
+    /// not yield below the displacement `most_yield`.
     fn follow(
         &self,
         start: ClosedModel,
         states: &States,
         offsets: &[Vec<f64>],
-        (parts, bound): (usize, f64),
+        (parts, bound, most_yield): (usize, f64, f64),
         cancel: &Cancel,
     ) -> Option<Followed> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
         let whole_initial = start.initial.clone();
         let rest = whole_initial.is_empty();
         let total: usize = series.iter().map(Series::len).sum();
-        let segments = stretches(series, self.stretch(&start), HELD_SAMPLES / total as f64);
-        let mut model = start;
-        model.initial = segments.iter().map(|s| states[s.record].iter().map(|m| m[s.start]).collect()).collect();
-        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
+        let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
+        // The course over a share of these samples, each segment's state fitted.
+        let begun = |model: ClosedModel, share: f64| {
+            let segments = stretches(series, self.stretch(&model), share * samples / total as f64);
+            let initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
+            let course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+            let model = ClosedModel { initial, ..model };
+            (model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel), course)
+        };
+        let (mut model, mut course) = begun(start, HOLDS[0].1);
         let mut error = f64::INFINITY;
         let whole =
             Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        for hold in HOLDS {
+        let mut share = HOLDS[0].1;
+        for (hold, enough) in HOLDS {
+            if enough > share {
+                (model, course) = begun(model, enough);
+                share = enough;
+            }
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
             model = found;
             error = (left.squares / left.samples as f64).sqrt();
-            if error > bound {
+            if error > bound || (model.effect.has_memory() && model.inner[0] > most_yield) {
                 return None;
             }
             // Where whole records can be followed from here, nothing needs to be held.
-            if rest && hold > HOLDS[0] {
+            if rest && hold > HOLDS[0].0 {
                 let run =
                     ClosedModel { initial: Vec::new(), ..model.clone() }.simulate(whole.along(sensors, series, parts));
                 if run.is_some_and(|r| rms(r.residuals.iter().flatten()) < FOLLOWED * error) {
@@ -625,7 +714,7 @@ impl ForceSearch<'_> {
         }
         let state = |r: usize| {
             let first = course.segments.iter().position(|s| (s.record, s.start) == (r, 0));
-            first.map_or_else(|| states[r].iter().map(|m| m[0]).collect(), |k| model.initial[k].clone())
+            first.map_or_else(|| states.at(r, 0), |k| model.initial[k].clone())
         };
         let starts = (0..series.len()).map(state).collect();
         let (model, course) = self.shadowed(&model, starts, (series, offsets, rest), parts, cancel)?;
@@ -640,7 +729,7 @@ impl ForceSearch<'_> {
     fn shadowed(
         &self,
         model: &ClosedModel,
-        starts: Vec<Vec<Complex<f64>>>,
+        starts: Vec<State>,
         (series, offsets, rest): (&[Series], &[Vec<f64>], bool),
         parts: usize,
         cancel: &Cancel,
@@ -651,7 +740,7 @@ impl ForceSearch<'_> {
         model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
         let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
         model = model.swept(course.along(sensors, series, parts), STATE_STEPS, cancel);
-        for hold in HOLDS {
+        for (hold, _) in HOLDS {
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             model = model.fitted(of, Free::Initial, HELD_STEPS, HELD_GAIN, cancel)?.0;
@@ -683,7 +772,7 @@ impl ForceSearch<'_> {
             Some(Unseen { residuals: course.residuals(of, &left), forces, error })
         };
         let mut model = model.clone();
-        model.initial = vec![vec![Complex::new(0.0, 0.0); model.modes()]; series.len()];
+        model.initial = vec![State::rest(model.modes()); series.len()];
         let at_start = model.fitted(begin.along(sensors, series, parts), Free::Initial, 6, 1e-4, cancel)?.0;
         let run = at_start.fitted(whole.along(sensors, series, parts), Free::Initial, 3, 1e-4, cancel);
         let free = run.and_then(|(m, _)| told(&m, &whole));
@@ -705,6 +794,16 @@ impl ForceSearch<'_> {
     fn chosen(&self, mut fitted: Vec<Fitted>, period: f64) -> Option<Chosen> {
         let step = &self.path.steps[self.path.chosen];
         let plain = step.residuals.densities(&self.split.intervals(), period);
+        let is_contained = |larger: &Fitted, smaller: &Fitted| {
+            larger.candidate.site == smaller.candidate.site
+                && larger.candidate.effect.contains(smaller.candidate.effect)
+        };
+        // One that contains another must beat it.
+        let needless: Vec<bool> = (fitted.iter())
+            .map(|f| fitted.iter().any(|g| is_contained(f, g) && !beats(&f.densities, &g.densities)))
+            .collect();
+        let mut needless = needless.into_iter();
+        fitted.retain(|_| !needless.next().unwrap_or(false));
         fitted.sort_by(|a, b| {
             let sum = |f: &Fitted| f.densities.iter().sum::<f64>();
             sum(b).total_cmp(&sum(a))
@@ -812,6 +911,7 @@ impl ForceSearch<'_> {
             Effect::Clearance => ("k", 1),
             Effect::QuadraticDamping => ("c_2", 2),
             Effect::QuadraticStiffness => ("k_2", 2),
+            Effect::BoucWenHysteresis => ("k_h", 1),
         };
         let of_velocity = model.effect == Effect::QuadraticDamping;
         let unit_of = match (power, of_velocity) {
@@ -822,13 +922,18 @@ impl ForceSearch<'_> {
             _ => format!("1/({unit}^2 s^2)"),
         };
         let mut parameters = vec![ForceParameter { name, value: size, std_error: size_error, unit: unit_of }];
-        if model.has_gap() {
-            let at = model.shared() - 1;
+        let inner_names: &[&str] = match model.effect {
+            Effect::Clearance => &["gap"],
+            Effect::BoucWenHysteresis => &["x_b", "gamma/beta"],
+            _ => &[],
+        };
+        for (k, name) in inner_names.iter().enumerate() {
+            let at = model.shared() - inner_names.len() + k;
             parameters.push(ForceParameter {
-                name: "gap",
-                value: model.inner,
-                std_error: error(at).map(|e| e * model.inner),
-                unit: unit.to_owned(),
+                name,
+                value: model.inner[k],
+                std_error: error(at).map(|e| e * model.effect.inner_scale(k, model.inner)),
+                unit: if k == 0 { unit.to_owned() } else { String::new() },
             });
         }
         let starts = RecordStart::closed(sensors, model, course, (&order, &sizes));
@@ -839,10 +944,12 @@ impl ForceSearch<'_> {
 /// What jumps of the states count for, each beside the size of its state.
 fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
     let size = |i: usize| {
-        let sum: f64 = model.initial.iter().map(|s| s[i].norm_sqr()).sum();
+        let sum: f64 = model.initial.iter().map(|s| s.modes[i].norm_sqr()).sum();
         (sum / model.initial.len() as f64).sqrt().max(1e-300)
     };
-    (0..model.modes()).map(|i| hold / size(i)).collect()
+    // That of an inner state is at most about the displacement at which it yields.
+    let memory = model.effect.has_memory().then(|| hold / model.inner[0]);
+    (0..model.modes()).map(|i| hold / size(i)).chain(memory).collect()
 }
 
 /// Makes a model's force as large as an open-loop fit has it along the motion that its own states make: accelerations that
@@ -850,7 +957,7 @@ fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
 fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) -> bool {
     let derivative = i32::from(model.effect.is_of_velocity());
     let mut pairs: Vec<(f64, f64)> = Vec::new();
-    for (own, values) in states.iter().zip(&force.values) {
+    for (own, values) in states.modes.iter().zip(&force.values) {
         let samples = own.first().map_or(0, Vec::len);
         let at = |t: usize| {
             let shown = |i: usize| {
@@ -861,18 +968,19 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
         };
         pairs.extend((0..samples).map(|t| (at(t), values[t * force.parts])));
     }
-    if model.has_gap() {
+    if model.effect == Effect::Clearance {
         // The gap is left as often.
         let beyond = pairs.iter().filter(|(_, f)| *f != 0.0).count();
         let mut sizes: Vec<f64> = pairs.iter().map(|(x, _)| x.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         if let Some(gap) = sizes.get(sizes.len() - beyond.clamp(1, sizes.len().max(1))).filter(|g| **g > 0.0) {
-            model.inner = *gap;
+            model.inner[0] = *gap;
         }
     }
     let (mut product, mut square) = (0.0, 0.0);
-    for (x, measured) in pairs {
-        let own = model.effect.at(x, model.inner) / model.unit;
+    let motion: Vec<f64> = pairs.iter().map(|(x, _)| *x).collect();
+    for (own, (_, measured)) in model.effect.along(&motion, model.inner).into_iter().zip(pairs) {
+        let own = own / model.unit;
         product += own * measured;
         square += own * own;
     }
@@ -882,7 +990,7 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
     }
     model.shape.iter_mut().flatten().for_each(|s| *s *= size);
     model.drive.iter_mut().flatten().for_each(|d| *d /= size);
-    states.iter_mut().flatten().flatten().for_each(|z| *z /= size);
+    states.modes.iter_mut().flatten().flatten().for_each(|z| *z /= size);
     true
 }
 

@@ -2,7 +2,31 @@
 
 use std::fmt;
 
+use super::hysteresis::Hysteresis;
+use super::limits::{MAX_CHANGE, RATIOS};
+
+/// A force along a step on which the motion goes straight: its mean, its value at the end, and what changes either.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pass {
+    pub(crate) mean: f64,
+    pub(crate) mean_by: PassSlopes,
+    pub(crate) end: f64,
+    pub(crate) end_by: PassSlopes,
+}
+
+/// Derivatives by the motion before and after a step, by what is inside the force, and by its inner state before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PassSlopes {
+    pub(crate) before: f64,
+    pub(crate) after: f64,
+    pub(crate) inner: [f64; 2],
+    pub(crate) memory: f64,
+}
+
 /// A kind of force.
+///
+/// What is inside it: of a clearance the gap, of friction the velocity within which it changes its sign, of hysteresis the
+/// displacement at which it yields and the ratio of its loops' shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
     /// k x³.
@@ -15,16 +39,19 @@ pub enum Effect {
     QuadraticDamping,
     /// k x².
     QuadraticStiffness,
+    /// k z, ż = w − (|w| z + r w |z|)/d: a spring that slips.
+    BoucWenHysteresis,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::CubicStiffness,
         Self::CoulombFriction,
         Self::Clearance,
         Self::QuadraticDamping,
         Self::QuadraticStiffness,
+        Self::BoucWenHysteresis,
     ];
 
     /// The name that the catalogue has for it.
@@ -35,6 +62,7 @@ impl Effect {
             Self::Clearance => "clearance",
             Self::QuadraticDamping => "quadratic_damping",
             Self::QuadraticStiffness => "quadratic_stiffness",
+            Self::BoucWenHysteresis => "bouc_wen_hysteresis",
         }
     }
 
@@ -46,6 +74,7 @@ impl Effect {
             Self::Clearance => "Clearance (freeplay or stops)",
             Self::QuadraticDamping => "Quadratic damping",
             Self::QuadraticStiffness => "Quadratic stiffness",
+            Self::BoucWenHysteresis => "Bouc–Wen hysteresis",
         }
     }
 
@@ -59,33 +88,110 @@ impl Effect {
         matches!(self, Self::CubicStiffness | Self::QuadraticStiffness | Self::QuadraticDamping)
     }
 
-    /// The force at a motion `x` (displacement or velocity, as it depends on); `inner` is the gap, or the velocity within which
-    /// friction changes its sign.
-    pub(crate) fn at(self, x: f64, inner: f64) -> f64 {
+    /// How many numbers inside it are fitted.
+    pub(crate) fn free_inner(self) -> usize {
         match self {
-            Self::CubicStiffness => x * x * x,
-            Self::CoulombFriction => x / x.hypot(inner),
-            Self::Clearance => x - x.clamp(-inner, inner),
-            Self::QuadraticDamping => x * x.abs(),
-            Self::QuadraticStiffness => x * x,
+            Self::BoucWenHysteresis => 2,
+            Self::Clearance => 1,
+            _ => 0,
         }
     }
 
-    /// Its derivative by the motion, and by `inner`.
-    pub(crate) fn slope(self, x: f64, inner: f64) -> (f64, f64) {
+    /// True if another kind is a limiting case of it: where that one does as well, it is preferred.
+    pub(crate) fn contains(self, other: Self) -> bool {
+        self == Self::BoucWenHysteresis && other == Self::CoulombFriction
+    }
+
+    /// True if it has an inner state, which is then the force itself.
+    pub fn has_memory(self) -> bool {
+        self == Self::BoucWenHysteresis
+    }
+
+    /// What is inside it after a change of the first number's logarithm, and of the second number.
+    pub(crate) fn moved_inner(self, inner: [f64; 2], change: &[f64]) -> [f64; 2] {
+        let by = change.first().map_or(0.0, |c| c.clamp(-MAX_CHANGE[2], MAX_CHANGE[2]));
+        let shape = change.get(1).map_or(0.0, |c| c.clamp(-MAX_CHANGE[2], MAX_CHANGE[2]));
+        [inner[0] * by.exp(), if shape == 0.0 { inner[1] } else { (inner[1] + shape).clamp(RATIOS.0, RATIOS.1) }]
+    }
+
+    /// How much a number inside it changes for a unit of what `moved_inner` takes.
+    pub(crate) fn inner_scale(self, which: usize, inner: [f64; 2]) -> f64 {
+        if which == 0 { inner[0] } else { 1.0 }
+    }
+
+    /// The force where a simulation begins.
+    pub(crate) fn still(self, motion: f64, inner: [f64; 2], memory: f64) -> Pass {
+        if self.has_memory() {
+            let end_by = PassSlopes { memory: 1.0, ..PassSlopes::default() };
+            return Pass { end: memory, end_by, ..Pass::default() };
+        }
+        let (after, by_inner) = self.slope(motion, inner);
+        let end_by = PassSlopes { after, inner: [by_inner, 0.0], ..PassSlopes::default() };
+        Pass { end: self.at(motion, inner), end_by, ..Pass::default() }
+    }
+
+    /// The force over a step from a motion and an inner state, with all derivatives.
+    pub(crate) fn pass(self, before: f64, after: f64, inner: [f64; 2], memory: f64) -> Pass {
+        if self.has_memory() {
+            return Hysteresis::new(inner).pass(before, after, memory);
+        }
+        let (mean, [by_before, by_after, by_inner]) = self.mean(before, after, inner);
+        let mean_by =
+            PassSlopes { before: by_before, after: by_after, inner: [by_inner, 0.0], ..PassSlopes::default() };
+        Pass { mean, mean_by, ..self.still(after, inner, memory) }
+    }
+
+    /// The mean of `pass` and its slope by the motion's end.
+    pub(crate) fn mean_and_slope(self, before: f64, after: f64, inner: [f64; 2], memory: f64) -> (f64, f64) {
+        if self.has_memory() {
+            return Hysteresis::new(inner).mean_and_slope(before, after, memory);
+        }
+        let (mean, [_, slope, _]) = self.mean(before, after, inner);
+        (mean, slope)
+    }
+
+    /// The force along a motion (displacement or velocity, as it depends on) that is known at instants.
+    pub(crate) fn along(self, motion: &[f64], inner: [f64; 2]) -> Vec<f64> {
+        if self.has_memory() {
+            return Hysteresis::new(inner).along(motion);
+        }
+        motion.iter().map(|x| self.at(*x, inner)).collect()
+    }
+
+    /// The force at a motion `x` (displacement or velocity, as it depends on); of one with a memory, where it comes from zero.
+    pub(crate) fn at(self, x: f64, inner: [f64; 2]) -> f64 {
+        let [first, _] = inner;
+        match self {
+            Self::CubicStiffness => x * x * x,
+            Self::CoulombFriction => x / x.hypot(first),
+            Self::Clearance => x - x.clamp(-first, first),
+            Self::QuadraticDamping => x * x.abs(),
+            Self::QuadraticStiffness => x * x,
+            Self::BoucWenHysteresis => Hysteresis::new(inner).pass(0.0, x, 0.0).end,
+        }
+    }
+
+    /// Its derivative by the motion, and by what is inside it first.
+    pub(crate) fn slope(self, x: f64, inner: [f64; 2]) -> (f64, f64) {
+        let [first, _] = inner;
         match self {
             Self::CubicStiffness => (3.0 * x * x, 0.0),
-            Self::CoulombFriction => (inner * inner / x.hypot(inner).powi(3), 0.0),
-            Self::Clearance if x.abs() > inner => (1.0, -x.signum()),
+            Self::CoulombFriction => (first * first / x.hypot(first).powi(3), 0.0),
+            Self::Clearance if x.abs() > first => (1.0, -x.signum()),
             Self::Clearance => (0.0, 0.0),
             Self::QuadraticDamping => (2.0 * x.abs(), 0.0),
             Self::QuadraticStiffness => (2.0 * x, 0.0),
+            Self::BoucWenHysteresis => {
+                let by = Hysteresis::new(inner).pass(0.0, x, 0.0).end_by;
+                (by.after, by.inner[0])
+            }
         }
     }
 
     /// The force's mean over a step along which the motion goes straight from `a` to `b`, and the mean's derivatives by
-    /// `a`, `b` and `inner`: switching within the step counts at the instant when it happens.
-    pub(crate) fn mean(self, a: f64, b: f64, inner: f64) -> (f64, [f64; 3]) {
+    /// `a`, `b` and what is inside first: switching within the step counts at the instant when it happens.
+    pub(crate) fn mean(self, a: f64, b: f64, inner: [f64; 2]) -> (f64, [f64; 3]) {
+        let [first, _] = inner;
         match self {
             Self::CubicStiffness => {
                 let mean = 0.25 * (a * a * a + a * a * b + a * b * b + b * b * b);
@@ -96,7 +202,7 @@ impl Effect {
                 ((a * a + a * b + b * b) / 3.0, [(2.0 * a + b) / 3.0, (2.0 * b + a) / 3.0, 0.0])
             }
             Self::CoulombFriction => {
-                let (p, q) = (a.hypot(inner), b.hypot(inner));
+                let (p, q) = (a.hypot(first), b.hypot(first));
                 let (sum, mean) = (p + q, (a + b) / (p + q));
                 (mean, [(1.0 - mean * a / p) / sum, (1.0 - mean * b / q) / sum, 0.0])
             }
@@ -110,15 +216,19 @@ impl Effect {
                 (mean, [(mean - a * a.abs()) / (b - a), (b * b.abs() - mean) / (b - a), 0.0])
             }
             Self::Clearance => {
-                let beyond = |x: f64| (x.abs() - inner).max(0.0);
+                let beyond = |x: f64| (x.abs() - first).max(0.0);
                 let step = b - a;
-                if step.abs() < 1e-9 * inner.max(1e-12) {
+                if step.abs() < 1e-9 * first.max(1e-12) {
                     let (force, (by, by_inner)) = (self.at(0.5 * (a + b), inner), self.slope(0.5 * (a + b), inner));
                     return (force, [0.5 * by, 0.5 * by, by_inner]);
                 }
                 let mean = 0.5 * (beyond(b).powi(2) - beyond(a).powi(2)) / step;
                 let by_inner = -(beyond(b) - beyond(a)) / step;
                 (mean, [(mean - self.at(a, inner)) / step, (self.at(b, inner) - mean) / step, by_inner])
+            }
+            Self::BoucWenHysteresis => {
+                let Pass { mean, mean_by, .. } = Hysteresis::new(inner).pass(a, b, 0.0);
+                (mean, [mean_by.before, mean_by.after, mean_by.inner[0]])
             }
         }
     }
@@ -149,9 +259,9 @@ mod tests {
     /// Means and their derivatives against a fine sum and differences.
     #[test]
     fn means_are_those_of_the_straight_path() {
-        for effect in Effect::ALL {
+        for effect in Effect::ALL.into_iter().filter(|e| !e.has_memory()) {
             for (a, b) in [(0.3, 0.9), (-0.7, 0.4), (1.2, -1.5), (-0.1, 0.05), (0.8, 0.81)] {
-                let inner = 0.25;
+                let inner = [0.25, 0.0];
                 let (mean, slopes) = effect.mean(a, b, inner);
                 let n = 20_000;
                 let at = |k: usize| a + (b - a) * (k as f64 + 0.5) / n as f64;

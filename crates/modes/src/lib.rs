@@ -33,6 +33,7 @@ mod cluster;
 mod diagnose;
 mod error;
 mod force;
+mod hysteresis;
 mod identify;
 mod judge;
 mod limits;

@@ -93,6 +93,17 @@ pub(crate) const SPECTRUM_SAMPLES: usize = 4096;
 /// of them is reached by the closed loop.
 pub(crate) const GAPS: [f64; 6] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65];
 pub(crate) const FINER_GAPS: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
+/// Displacements at which a joint yields, as shares of the displacement's deviation, and the ratio γ/β of its loops' shape: the
+/// closed loop reaches what lies between.
+pub(crate) const YIELDS: [f64; 4] = [0.1, 0.25, 0.6, 1.5];
+pub(crate) const YIELD_RATIO: f64 = 0.7;
+/// Least and largest ratio: below minus one a joint never yields.
+pub(crate) const RATIOS: (f64, f64) = (-0.95, 6.0);
+/// Displacement, as a share of the displacement's deviation, below which a joint that yields is dry friction: what the
+/// catalogue of effects has as the least.
+pub(crate) const LEAST_YIELD: f64 = 0.04;
+/// The same above which it does not yield.
+pub(crate) const MOST_YIELD: f64 = 10.0;
 /// Velocity within which friction changes its sign, as a share of the velocity's deviation, and what is left of it in the
 /// closed loop: a measured velocity crosses zero at the wrong instant.
 pub(crate) const SMOOTHING: f64 = 0.05;
@@ -115,6 +126,8 @@ pub(crate) const NEAR: f64 = 1.25;
 pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 /// Most candidates that go to the closed loop, of each kind of place.
 pub(crate) const MOST_CANDIDATES: usize = 5;
+/// The same of joints that slip.
+pub(crate) const MOST_JOINTS: usize = 2;
 /// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
 /// for that force's error.
 pub(crate) const ROUGH: f64 = 1.2;
@@ -126,13 +139,16 @@ pub(crate) const ROUGH: f64 = 1.2;
 pub(crate) const STRETCH: f64 = 4.0;
 pub(crate) const LEAST_STRETCH: f64 = 16.0;
 /// What a jump between stretches counts for, in turn: RMS of a sensor for a jump as large as the state. At the last one a
-/// jump of a thousandth counts as a quarter of the sensor's RMS.
-pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
+/// jump of a thousandth counts as a quarter of the sensor's RMS. Beside each, the share of the samples below that is fitted: the
+/// first ones only bring the parameters near.
+pub(crate) const HOLDS: [(f64, f64); 5] = [(1.0, 0.35), (4.0, 0.35), (16.0, 1.0), (64.0, 1.0), (256.0, 1.0)];
 /// Steps with each hold, and the share of the sum of squares that a step must gain for another to follow.
 pub(crate) const HELD_STEPS: usize = 15;
 pub(crate) const HELD_GAIN: f64 = 3e-3;
 /// Samples of all records together that are fitted in stretches: enough for the parameters to be known to a thousandth.
 pub(crate) const HELD_SAMPLES: f64 = 12_000.0;
+/// The same of samples times sensors.
+pub(crate) const HELD_VALUES: f64 = 24_000.0;
 /// Steps of the fit of single initial states, and of whole records.
 pub(crate) const STATE_STEPS: usize = 6;
 pub(crate) const WHOLE_STEPS: usize = 10;

@@ -18,7 +18,7 @@ const NODES: [(f64, f64); 8] = [
 ];
 /// Samples before and after the present one through which the input's polynomial goes.
 const BEFORE: usize = 2;
-const POINTS: usize = 6;
+pub(crate) const POINTS: usize = 6;
 /// Least and largest damping ratio of a mode.
 pub(crate) const DAMPING: (f64, f64) = (5e-5, 0.5);
 

@@ -6,8 +6,8 @@ use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::Residuals;
 use super::limits::{
-    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, MOST_PAIRS, NEAR_PLACE, SCREEN_ROWS, SCREEN_STEPS,
-    SMOOTHING,
+    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_YIELD, NEAR_PLACE,
+    SCREEN_ROWS, SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearFit, Task};
 use super::measurement::{Measurement, Quantity, Series};
@@ -32,13 +32,16 @@ pub(crate) enum SiteKind {
 pub(crate) struct Candidate {
     pub(crate) effect: Effect,
     pub(crate) site: Site,
-    /// The gap, or the velocity within which friction changes its sign.
-    pub(crate) inner: f64,
+    /// What is inside the force: see [`Effect`].
+    pub(crate) inner: [f64; 2],
     /// Of the fitted and the unseen records, divided by `unit`.
     pub(crate) fitted: ForceSeries,
     pub(crate) unseen: ForceSeries,
     pub(crate) unit: f64,
     pub(crate) poles: Vec<Pole>,
+    /// Between which displacements a joint must yield: below, its loop is closed within a sample or very small, and nothing tells it
+    /// from dry friction; above, it is a spring.
+    pub(crate) yields: (f64, f64),
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
 }
@@ -137,16 +140,20 @@ impl Screen<'_> {
         let measured = self.measurement.sensors.iter().all(|s| s.quantity == Quantity::Displacement);
         let corners = if measured { &CORNERS[..1] } else { &CORNERS[..] };
         let motions: Vec<SiteMotion> = corners.iter().flat_map(|c| self.motions(reach, *c)).collect();
-        let rough = |m: &SiteMotion, effect: Effect| -> Vec<f64> {
-            if effect == Effect::Clearance { GAPS.iter().map(|g| g * largest(m)).collect() } else { vec![inner(m)] }
+        let rough = |m: &SiteMotion, effect: Effect| -> Vec<[f64; 2]> {
+            match effect {
+                Effect::Clearance => GAPS.iter().map(|g| [g * largest(m), 0.0]).collect(),
+                Effect::BoucWenHysteresis => YIELDS.iter().map(|y| [y * size(m), YIELD_RATIO]).collect(),
+                _ => vec![[inner(m), 0.0]],
+            }
         };
-        let mut tasks: Vec<(usize, Effect, f64)> = Vec::new();
+        let mut tasks: Vec<(usize, Effect, [f64; 2])> = Vec::new();
         for (k, motion) in motions.iter().enumerate() {
             for effect in Effect::ALL {
                 tasks.extend(rough(motion, effect).into_iter().map(|g| (k, effect, g)));
             }
         }
-        let run = |tasks: Vec<(usize, Effect, f64)>| -> Vec<Candidate> {
+        let run = |tasks: Vec<(usize, Effect, [f64; 2])>| -> Vec<Candidate> {
             let all: Vec<Option<Candidate>> = tasks
                 .into_par_iter()
                 .map(
@@ -160,18 +167,19 @@ impl Screen<'_> {
         let mut found = run(tasks);
         report(0.7);
         sort(&mut found);
-        let Some(best) = found.first().map(|c| c.error) else { return found };
+        let plain = || found.iter().filter(|c| !c.effect.has_memory());
+        let Some(best) = plain().next().map(|c| c.error) else { return found };
         let mut places: Vec<Site> = Vec::new();
-        for c in found.iter().filter(|c| c.error < NEAR_PLACE * best) {
+        for c in plain().filter(|c| c.error < NEAR_PLACE * best) {
             if !places.contains(&c.site) {
                 places.push(c.site);
             }
         }
-        let mut finer: Vec<(usize, Effect, f64)> = Vec::new();
+        let mut finer: Vec<(usize, Effect, [f64; 2])> = Vec::new();
         for site in places.into_iter().take(2) {
             let at = motions.iter().enumerate().filter(|(_, m)| m.site == site);
             for (k, motion) in at {
-                finer.extend(FINER_GAPS.iter().map(|g| (k, Effect::Clearance, g * largest(motion))));
+                finer.extend(FINER_GAPS.iter().map(|g| (k, Effect::Clearance, [g * largest(motion), 0.0])));
             }
         }
         found.extend(run(finer));
@@ -180,9 +188,13 @@ impl Screen<'_> {
         found
     }
 
-    fn candidate(&self, motion: &SiteMotion, effect: Effect, inner: f64, cancel: &Cancel) -> Option<Candidate> {
+    fn longest_interval(&self) -> f64 {
+        self.split.fitted.iter().map(|s| s.interval).fold(0.0, f64::max)
+    }
+
+    fn candidate(&self, motion: &SiteMotion, effect: Effect, inner: [f64; 2], cancel: &Cancel) -> Option<Candidate> {
         let argument = |m: &Motion| if effect.is_of_velocity() { m.velocity.clone() } else { m.displacement.clone() };
-        let force = |m: &Motion| -> Vec<f64> { argument(m).into_iter().map(|x| effect.at(x, inner)).collect() };
+        let force = |m: &Motion| -> Vec<f64> { effect.along(&argument(m), inner) };
         let mut fitted = ForceSeries { parts: PARTS, values: motion.fitted.iter().map(force).collect() };
         let mut unseen = ForceSeries { parts: PARTS, values: motion.unseen.iter().map(force).collect() };
         let unit = fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
@@ -201,6 +213,10 @@ impl Screen<'_> {
             unseen,
             unit,
             poles: Vec::new(),
+            yields: (
+                (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
+                MOST_YIELD * size(motion),
+            ),
             error: f64::INFINITY,
         };
         let path =
@@ -302,8 +318,18 @@ fn largest(motion: &SiteMotion) -> f64 {
     motion.fitted.iter().flat_map(|m| &m.displacement).fold(0.0, |a, x| a.max(x.abs()))
 }
 
+/// Deviation of the displacement, of the record where it is largest.
+fn size(motion: &SiteMotion) -> f64 {
+    motion.fitted.iter().map(|m| deviation(&m.displacement)).fold(0.0, f64::max)
+}
+
+/// The same of the velocity.
+fn speed(motion: &SiteMotion) -> f64 {
+    motion.fitted.iter().map(|m| deviation(&m.velocity)).fold(0.0, f64::max)
+}
+
 fn inner(motion: &SiteMotion) -> f64 {
-    SMOOTHING * motion.fitted.iter().map(|m| deviation(&m.velocity)).fold(0.0, f64::max)
+    SMOOTHING * speed(motion)
 }
 
 pub(crate) fn deviation(values: &[f64]) -> f64 {

@@ -14,6 +14,8 @@ pub struct RecordStart {
     pub displacement: Vec<f64>,
     /// Velocity `qᵢ′` of each mode.
     pub velocity: Vec<f64>,
+    /// Inner state of a force that has a memory, in the displacement's unit; else zero.
+    pub memory: f64,
     /// What each sensor shows beside the motion, in its unit.
     pub offsets: Vec<f64>,
 }
@@ -63,9 +65,10 @@ impl RecordStart {
             let first = course.segments.iter().position(|s| (s.record, s.start) == (record, 0));
             let states = first.and_then(|k| model.initial.get(k));
             for (mode, largest) in order.iter().zip(largest) {
-                let state = states.map_or(Complex::new(0.0, 0.0), |all| all[*mode]);
+                let state = states.map_or(Complex::new(0.0, 0.0), |all| all.modes[*mode]);
                 start.push(model.poles[*mode], state * *largest);
             }
+            start.memory = states.map_or(0.0, |s| s.memory);
             start.offsets = offsets.iter().zip(sensors).map(|(o, s)| o * s.scale).collect();
             start
         };

@@ -33,6 +33,9 @@ const INTERVAL: f64 = 0.004;
 /// What the displacement sensor shows beside the motion, m.
 const OFFSET: f64 = 1e-3;
 const GAP: f64 = 0.004;
+/// Displacement at which the joint yields, m, with its γ/β, and its inner state at first, m.
+const YIELDS: [f64; 2] = [0.003, 0.8];
+const INNER: f64 = 0.0005;
 
 /// The masses with a force of a kind, its size as an acceleration.
 #[derive(Clone, Copy)]
@@ -44,7 +47,7 @@ struct Case {
     driven: bool,
 }
 
-const CASES: [Case; 7] = [
+const CASES: [Case; 8] = [
     Case { name: "linear", effect: None, site: Site::Ground(0), size: 0.0, driven: true },
     Case { name: "decay", effect: None, site: Site::Ground(0), size: 0.0, driven: false },
     Case { name: "cubic", effect: Some(Effect::CubicStiffness), site: Site::Ground(0), size: 2e6, driven: true },
@@ -52,6 +55,13 @@ const CASES: [Case; 7] = [
     Case { name: "friction", effect: Some(Effect::CoulombFriction), site: Site::Ground(0), size: 4.0, driven: true },
     Case { name: "gap", effect: Some(Effect::Clearance), site: Site::Between(0, 1), size: 2500.0, driven: true },
     Case { name: "drag", effect: Some(Effect::QuadraticDamping), site: Site::Between(0, 1), size: 2.0, driven: true },
+    Case {
+        name: "joint",
+        effect: Some(Effect::BoucWenHysteresis),
+        site: Site::Between(0, 1),
+        size: 600.0,
+        driven: true,
+    },
 ];
 
 /// What was simulated: series as the program is to write them, after time.
@@ -112,6 +122,7 @@ impl Case {
             Effect::CoulombFriction => "sgn(v1)".into(),
             Effect::Clearance => format!("dz(x1-x2,{GAP})"),
             Effect::QuadraticDamping => "(v1-v2)*|v1-v2|".into(),
+            Effect::BoucWenHysteresis => "z1".into(),
         })
     }
 
@@ -129,11 +140,18 @@ impl Case {
             let used = terms.iter().filter(|t| t.1 != 0.0);
             Equation::known(used.map(|(text, v)| (Term::parse(text).expect("a term"), *v)))
         };
-        Model::second_order(usize::from(self.driven), vec![equation(0), equation(1)])
+        let model = Model::second_order(usize::from(self.driven), vec![equation(0), equation(1)]);
+        if self.effect != Some(Effect::BoucWenHysteresis) {
+            return model;
+        }
+        let [yields, ratio] = YIELDS;
+        let terms = [("v1-v2", 1.0), ("|v1-v2|*z1", -1.0 / yields), ("(v1-v2)*|z1|", -ratio / yields)];
+        let known = terms.map(|(text, v)| (Term::parse(text).expect("a term"), v));
+        model.with_internals(vec![Equation::known(known)])
     }
 
     /// Accelerations of the masses at displacements and velocities; dry friction holds a place that stands.
-    fn accelerations(&self, states: [f64; 4], input: f64) -> [f64; 2] {
+    fn accelerations(&self, states: [f64; 4], inner: f64, input: f64) -> [f64; 2] {
         let [x1, x2, v1, v2] = states;
         let (k, c) = (stiffness(), damping());
         let (x, v) = (x1 - x2, v1 - v2);
@@ -144,6 +162,7 @@ impl Case {
             Some(Effect::CoulombFriction) => v1.signum(),
             Some(Effect::Clearance) => x - x.clamp(-GAP, GAP),
             Some(Effect::QuadraticDamping) => v * v.abs(),
+            Some(Effect::BoucWenHysteresis) => inner,
         };
         let of = |i: usize| {
             let linear = -k[(i, 0)] * x1 - k[(i, 1)] * x2 - c[(i, 0)] * v1 - c[(i, 1)] * v2;
@@ -158,14 +177,17 @@ impl Case {
         let driving: &[&[f64]] = &[&inputs];
         let grid = InputGrid::new(times[0], INTERVAL, SAMPLES, if self.driven { driving } else { &[] }, None);
         let model = self.model();
+        let mut initial = INITIAL.to_vec();
+        initial.extend((self.effect == Some(Effect::BoucWenHysteresis)).then_some(INNER));
         let simulator = Simulator::new(&model).expect("a model that can be simulated");
-        let response = simulator.run(&grid, &INITIAL, 0..SAMPLES, &Limits::default());
+        let response = simulator.run(&grid, &initial, 0..SAMPLES, &Limits::default());
         assert_eq!(response.len(), SAMPLES, "{} lasts", self.name);
         let states = |n: usize| [0, 1, 2, 3].map(|i| response.states[i][n]);
         if self.effect == Some(Effect::CoulombFriction) {
             let stands = (0..SAMPLES).filter(|n| states(*n)[2].abs() < 1e-9).count();
             assert!(stands > 20, "the friction is to hold now and then, it does for {stands} samples");
         }
+        let inner = |n: usize| response.states.get(4).map_or(0.0, |z| z[n]);
         let each = |of: &dyn Fn(usize) -> f64| (0..SAMPLES).map(of).collect::<Vec<f64>>();
         let [slow, fast] = modes();
         let series = vec![
@@ -175,9 +197,13 @@ impl Case {
             each(&|n| fast.coordinate([states(n)[2], states(n)[3]])),
             each(&|n| states(n)[0] + OFFSET),
             each(&|n| states(n)[3]),
-            each(&|n| self.accelerations(states(n), inputs[n])[0]),
-            each(&|n| self.accelerations(states(n), inputs[n])[1]),
+            each(&|n| self.accelerations(states(n), inner(n), inputs[n])[0]),
+            each(&|n| self.accelerations(states(n), inner(n), inputs[n])[1]),
         ];
+        let mut series = series;
+        if self.effect == Some(Effect::BoucWenHysteresis) {
+            series.insert(4, each(&inner));
+        }
         Simulated { times, inputs, series }
     }
 
@@ -212,6 +238,7 @@ impl Case {
             start: Some(RecordStart {
                 displacement: start(0),
                 velocity: start(2),
+                memory: if self.effect == Some(Effect::BoucWenHysteresis) { INNER } else { 0.0 },
                 offsets: vec![OFFSET, 0.0, 0.0, 0.0],
             }),
         };
@@ -235,7 +262,12 @@ impl Case {
         let force = self.effect.map(|effect| FoundForce {
             effect,
             site: self.site,
-            parameters: vec![parameter("k", self.size), parameter("gap", GAP)],
+            parameters: vec![
+                parameter("k", self.size),
+                parameter("gap", GAP),
+                parameter("x_b", YIELDS[0]),
+                parameter("gamma/beta", YIELDS[1]),
+            ],
             drives: modes.iter().map(|m| m.coordinate(self.pull())).collect(),
             lead: Lead {
                 blocks: 1,
@@ -271,7 +303,8 @@ impl Case {
         let said = [&output.stdout, &output.stderr].map(|s| String::from_utf8_lossy(s).into_owned()).concat();
         assert!(output.status.success(), "{} in {}: {said}", self.name, format.name());
         let text = fs::read_to_string(here.path().join("response.csv")).expect("a response");
-        assert_eq!(text.lines().next(), Some("t,q1,q2,p1,p2,x1,v2,a1,a2"));
+        let inner = if self.effect == Some(Effect::BoucWenHysteresis) { "z1," } else { "" };
+        assert_eq!(text.lines().next(), Some(format!("t,q1,q2,p1,p2,{inner}x1,v2,a1,a2").as_str()));
         let cells = |l: &str| l.split(',').map(|c| c.parse().expect("a number")).collect();
         let rows: Vec<Vec<f64>> = text.lines().skip(1).map(cells).collect();
         assert_eq!(rows.len(), times.len(), "{}: one row a sample", self.name);

@@ -62,7 +62,9 @@ mod walk;
 mod words;
 
 pub use constants::{Constant, Constants};
-pub use effects::{DESCRIPTION, ForceAxis, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
+pub use effects::{
+    DESCRIPTION, ForceAxis, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm, hysteresis_rate,
+};
 pub use effort::SearchEffort;
 pub use error::GapError;
 pub use experiment::{NextExperiment, ProposedDrive, ProposedTest};

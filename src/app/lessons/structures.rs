@@ -76,8 +76,8 @@ pub(super) const JOINT: Lesson = Lesson {
         ),
         step(
             "Go to What's missing and press Find what's missing. It may take a minute.",
-            "The modes leave more than noise. The forces that are tried have no memory, so the best of them is not the whole of it: \
-             a joint that slips needs a state of its own.",
+            "Bouc–Wen hysteresis at the tip: a spring that slips, with a state of its own. Its x_b says at which displacement it yields, and the \
+             modes beside it are those of the beam without the joint: the first is slower than in either record.",
             |c| c.now.modal_verdict.is_some_and(|v| v != "nothing_missing") && c.now.room == Room::Missing,
         ),
     ],

@@ -46,7 +46,7 @@ pub(crate) fn show_missing(
             asked = Some(ModalAct::Search);
         }
         if !again {
-            ui.weak("Linear modes first; then a force that none of them has: stiffness, friction, clearance, damping.");
+            ui.weak("Linear modes first; then a force that none of them has: stiffness, friction, clearance, damping, a joint that slips.");
         }
     });
     if let Some(failure) = search.failure() {

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::{VERSION, evidence, lasting, lasting_gap, mode, of_channel};
 use sindyscope_core::study::Score;
 use sindyscope_modes::{FoundForce, Quantity, Sensor, Site, Structure, StructureDiagnosis};
-use sindyscope_report::modal::{force_term, remaining};
+use sindyscope_report::modal::{force_rate, force_rate_terms, force_term, remaining};
 use sindyscope_values::record::{RecordSet, Usage};
 
 /// The result of `identify --base modes`; `fit` is how long it took, ms.
@@ -108,6 +108,12 @@ pub fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) 
         let text = force_term(f.effect, f.site, &found.last.sensors);
         f.drives.iter().map(|d| vec![(text.clone(), *d)]).collect()
     });
+    let mut last = equations(&found.last, &forces);
+    let inner = found.found.iter().map(|f| force_rate_terms(f, &found.last.sensors)).find(|terms| !terms.is_empty());
+    last.extend(inner.map(|terms| {
+        let term = |(text, coefficient): (String, f64)| json!({ "term": text, "coefficient": coefficient, "std_error": null, "at_bound": false });
+        json!({ "state": "z1", "terms": terms.into_iter().map(term).collect::<Vec<_>>() })
+    }));
     json!({
         "version": VERSION,
         "verdict": found.verdict(),
@@ -120,7 +126,7 @@ pub fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) 
             "p_value": null,
             "note": remaining(found),
         },
-        "final": { "equations": equations(&found.last, &forces), "outputs": outputs(&found.last), "gap": gap(&found.last) },
+        "final": { "equations": last, "outputs": outputs(&found.last), "gap": gap(&found.last) },
         "order": found.last.order(),
         "modes": listed(&found.last, true),
         "modes_outside_band": listed(&found.last, false),
@@ -148,6 +154,7 @@ fn step(force: &FoundForce, found: &StructureDiagnosis) -> Value {
         "place": at(force.site),
         "title": force.effect.title(),
         "terms": [text],
+        "inner_rate": force_rate(force.effect, force.site, &found.last.sensors),
         "equations": (0..force.drives.len()).map(|i| (format!("p{}", i + 1), json!([text]))).collect::<Map<_, _>>(),
         "where": format!("at {}, in every mode that moves it", at(force.site)),
         "parameters": force.parameters.iter().map(|p| json!({

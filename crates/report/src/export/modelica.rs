@@ -74,7 +74,8 @@ fn program(export: &Export<'_>, switched: &Switched, stem: &str) -> String {
     let style = Modelica { switched, by_place: export.space.is_some() };
     if let Some(space) = export.space {
         let force = space.force_expression().map(|e| written(e, &style));
-        out.push_str(&space.modelica(switched, &export.initial(), force.as_deref()));
+        let joint_rate = space.joint_rate(switched, &style);
+        out.push_str(&space.modelica(switched, &export.initial(), [force.as_deref(), joint_rate.as_deref()]));
         out.push_str("  end Motion;\n\n  model Experiment \"The motion along the recorded inputs\"\n");
         out.push_str(&experiment(layout, stem));
         out.push_str(&format!("  end Experiment;\n\nend {name};\n"));

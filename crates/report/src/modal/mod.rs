@@ -19,7 +19,10 @@ use sindyscope_values::model::Mode;
 
 pub use responses::modal_averages;
 pub use unseen::before_and_after;
-pub use words::{cluster_words, diagnosis_lines, diagnosis_text, force_term, modes_text, remaining, verdict};
+pub use words::{
+    cluster_words, diagnosis_lines, diagnosis_text, force_rate, force_rate_terms, force_term, modes_text, remaining,
+    verdict,
+};
 
 /// One way of looking at a structure's modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

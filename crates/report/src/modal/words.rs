@@ -1,25 +1,50 @@
 //! What a search for a structure's missing force came to, in words.
 
-use sindyscope_modes::{Effect, PoleCluster, Sensor, Site, Structure, StructureDiagnosis};
+use sindyscope_modes::{Effect, FoundForce, PoleCluster, Sensor, Site, Structure, StructureDiagnosis};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::Usage;
 
 /// A force as a term of the equations, by the names of its sensors.
 pub fn force_term(effect: Effect, site: Site, sensors: &[Sensor]) -> String {
-    let several = sensors.iter().any(|s| s.place() > 0);
-    let symbol =
-        |letter: &str, place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
-    let across = |letter: &str| match site {
-        Site::Ground(i) => symbol(letter, i),
-        Site::Between(i, j) => format!("({}-{})", symbol(letter, i), symbol(letter, j)),
-    };
+    let across = |letter: &str| across(letter, site, sensors);
     match effect {
         Effect::CubicStiffness => format!("{}^3", across("x")),
         Effect::CoulombFriction => format!("sgn({})", across("v").trim_matches(['(', ')'])),
         Effect::Clearance => format!("clearance({})", across("x").trim_matches(['(', ')'])),
         Effect::QuadraticDamping => format!("{v}*abs({v})", v = across("v")),
         Effect::QuadraticStiffness => format!("{}^2", across("x")),
+        Effect::BoucWenHysteresis => "z1".to_owned(),
+    }
+}
+
+/// The rate of a force's inner state by the names of its sensors and parameters; none where it has none.
+pub fn force_rate(effect: Effect, site: Site, sensors: &[Sensor]) -> Option<String> {
+    let v = across("v", site, sensors);
+    effect.has_memory().then(|| format!("{v} - (abs({v})*z1 + gamma/beta*{v}*abs(z1))/x_b"))
+}
+
+/// The same as terms with their coefficients.
+pub fn force_rate_terms(force: &FoundForce, sensors: &[Sensor]) -> Vec<(String, f64)> {
+    if !force.effect.has_memory() {
+        return Vec::new();
+    }
+    let value = |name: &str| force.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.value);
+    let (v, yields) = (across("v", force.site, sensors), value("x_b"));
+    vec![
+        (v.clone(), 1.0),
+        (format!("abs({v})*z1"), -1.0 / yields),
+        (format!("{v}*abs(z1)"), -value("gamma/beta") / yields),
+    ]
+}
+
+/// Displacement `x` or velocity `v` across a site.
+fn across(letter: &str, site: Site, sensors: &[Sensor]) -> String {
+    let several = sensors.iter().any(|s| s.place() > 0);
+    let symbol = |place: usize| if several { format!("{letter}{}", place + 1) } else { letter.to_owned() };
+    match site {
+        Site::Ground(i) => symbol(i),
+        Site::Between(i, j) => format!("({}-{})", symbol(i), symbol(j)),
     }
 }
 
@@ -63,7 +88,11 @@ pub fn diagnosis_lines(found: &StructureDiagnosis) -> Vec<String> {
     let term = force_term(force.effect, force.site, &found.last.sensors);
     lines.push(format!("{} at {}: {term}{}.", force.effect.title(), force.site, with.unwrap_or_default()));
     for p in &force.parameters {
-        lines.push(format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit));
+        let line = format!("{} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit);
+        lines.push(line.trim_end().to_owned());
+    }
+    if let Some(rate) = force_rate(force.effect, force.site, &found.last.sensors) {
+        lines.push(format!("dz1/dt = {rate}"));
     }
     lines.push(format!(
         "It leads {} by {} in log predictive density on {} of {} blocks never fitted.",

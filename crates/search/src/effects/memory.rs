@@ -22,6 +22,20 @@ pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
     }
 }
 
+/// The rate of the inner state `z` of Bouc and Wen's hysteresis, `w − (|w| z |z|ⁿ⁻¹ + r w |z|ⁿ)/x_bⁿ` with `r = γ/β` and n = 1
+/// or 2, as terms with their weights; `w` is the velocity across the place.
+///
+/// Source: Y.-K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249.
+pub fn hysteresis_rate(w: &Expression, z: &Expression, [yield_at, ratio]: [f64; 2], n: i32) -> [(Term, f64); 3] {
+    let length = yield_at.powi(n);
+    let (loops, slims) = if n == 1 {
+        (w.clone().abs() * z.clone(), w.clone() * z.clone().abs())
+    } else {
+        (w.clone().abs() * z.clone() * z.clone().abs(), w.clone() * z.clone().power(2.0))
+    };
+    [(Term::new(w.clone()), 1.0), (Term::new(loops), -length.recip()), (Term::new(slims), -ratio / length)]
+}
+
 fn hysteresis(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
     let reach = frame.reach;
     // A loop that is closed within a sample cannot be told from dry friction.
@@ -44,22 +58,10 @@ fn hysteresis(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
             ],
             contains: &["coulomb_friction"],
             axis: ForceAxis::Displacement,
-            build: shared(move |inner| {
-                let (length, ratio) = (inner[0].powi(power), inner[1]);
-                let (loops, slims) = if power == 1 {
-                    (frame.w().abs() * z(0), frame.w() * z(0).abs())
-                } else {
-                    (frame.w().abs() * z(0) * z(0).abs(), frame.w() * z(0).power(2.0))
-                };
-                Addition {
-                    terms: vec![Term::new(z(0))],
-                    internals: vec![Equation::known([
-                        (Term::new(frame.w()), 1.0),
-                        (Term::new(loops), -length.recip()),
-                        (Term::new(slims), -ratio / length),
-                    ])],
-                    ..Addition::default()
-                }
+            build: shared(move |inner| Addition {
+                terms: vec![Term::new(z(0))],
+                internals: vec![Equation::known(hysteresis_rate(&frame.w(), &z(0), [inner[0], inner[1]], power))],
+                ..Addition::default()
             }),
         });
     }

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use description::DESCRIPTION;
 pub(crate) use description::described;
+pub use memory::hysteresis_rate;
 pub(crate) use own::own;
 pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
 

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::latex::{escaped, unit};
 use super::super::switched::{Switched, literal};
 use super::StateSpace;
-use crate::modal::force_term;
+use crate::modal::{force_rate, force_term};
 use sindyscope_modes::{Quantity, Sensor};
 use sindyscope_values::term::latex_number;
 
@@ -43,6 +43,9 @@ impl StateSpace<'_> {
             all.push(("G", column(&force.on_rates)));
             all.push(("H", column(&force.on_outputs)));
         }
+        if let Some(inner) = self.on_inner() {
+            all.push(("E", column(&inner)));
+        }
         all.push(("offset", column(&self.offsets)));
         all.retain(|(_, matrix)| matrix.ncols() > 0);
         all
@@ -61,6 +64,9 @@ impl StateSpace<'_> {
         let names = self.state_names();
         let m = self.structure.modes.len();
         let states = names.iter().enumerate().map(|(i, name)| {
+            if self.inner_state() == Some(i) {
+                return json!({ "name": name, "unit": self.unit_of_inner(), "mode": null });
+            }
             let unit = self.unit_of_mode(i % m);
             let unit = if i < m { unit } else { format!("{unit}/s") };
             json!({ "name": name, "unit": unit, "mode": i % m + 1 })
@@ -83,6 +89,8 @@ impl StateSpace<'_> {
                 })).collect::<Vec<_>>(),
                 "G": force.on_rates,
                 "H": force.on_outputs,
+                "E": self.on_inner(),
+                "inner_rate": force_rate(force.effect, force.site, &self.structure.sensors),
             })
         });
         let named = |name: &str, unit: &str| json!({ "name": name, "unit": unit });
@@ -112,7 +120,11 @@ impl StateSpace<'_> {
              % State space of a structure identified by Sindyscope; pdflatex makes a page of this file.\n",
         );
         let (input, feed) = if self.structure.inputs.is_empty() { ("", "") } else { (" + B u", " + D u") };
-        let (force, through) = if self.force.is_some() { (" + G f", " + H f") } else { ("", "") };
+        let (force, through) = match (&self.force, self.inner_state()) {
+            (None, _) => ("", ""),
+            (Some(_), None) => (" + G f", " + H f"),
+            (Some(_), Some(_)) => (" + G f + E g", " + H f"),
+        };
         out.push_str(&format!(
             "\\begin{{align*}}\n\\dot X &= A X{input}{force}, & y &= C X{feed}{through} + y_0\n\\end{{align*}}\n\n"
         ));

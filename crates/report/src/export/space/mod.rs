@@ -3,7 +3,8 @@
 //! `Ẋ = A X + B u + G f`, `y = C X + D u + H f + y₀` with the modal coordinates and their rates as states,
 //! `X = (q₁ … qₘ, q₁′ … qₘ′)`; f is the force that the linear structure lacks, a function of the motion across its place.
 //! C reads physical quantities off the modes: what each sensor shows, in its unit. D and H are the feed-through of
-//! accelerometers, which show what a force does at once.
+//! accelerometers, which show what a force does at once. A force with a memory has an inner state z, which is the last state:
+//! `Ẋ = … + E g`, g its rate.
 
 mod documents;
 mod programs;
@@ -15,6 +16,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::{Export, ExportError, ExportFormat, StartState, input_file, stem};
 use sindyscope_modes::{Effect, ForceParameter, FoundForce, Quantity, Sensor, Site, Structure};
+use sindyscope_search::hysteresis_rate;
 use sindyscope_values::model::{Equation, Model, Units};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 use sindyscope_values::term::{Expression, Symbol, Term, in_signs};
@@ -42,6 +44,8 @@ struct SpaceForce {
     parameters: Vec<ForceParameter>,
     /// The force as a function of the states, in signs that a program may hold.
     expression: Expression,
+    /// The rate of its inner state, where it has one.
+    inner_rate: Option<Equation>,
     /// Weights of the states in the motion that it depends on.
     across: Vec<f64>,
     /// G: what it adds to the rates.
@@ -55,9 +59,10 @@ impl<'a> StateSpace<'a> {
     pub fn new(structure: &'a Structure, found: Option<&FoundForce>) -> Self {
         let (m, inputs, sensors) = (structure.modes.len(), structure.inputs.len(), structure.sensors.len());
         let drive = |i: usize, j: usize| structure.participation.get(i).and_then(|p| p.get(j)).copied().unwrap_or(0.0);
-        let mut a = DMatrix::zeros(2 * m, 2 * m);
-        let mut b = DMatrix::zeros(2 * m, inputs);
-        let mut c = DMatrix::zeros(sensors, 2 * m);
+        let states = 2 * m + usize::from(found.is_some_and(|f| f.effect.has_memory()));
+        let mut a = DMatrix::zeros(states, states);
+        let mut b = DMatrix::zeros(states, inputs);
+        let mut c = DMatrix::zeros(sensors, states);
         let mut d = DMatrix::zeros(sensors, inputs);
         for i in 0..m {
             let [stiffness, damper] = rate_of(structure, i);
@@ -76,8 +81,8 @@ impl<'a> StateSpace<'a> {
                 }
             }
         }
-        let force = found.map(|found| SpaceForce::new(structure, found));
-        let model = equations(&a, &b, force.as_ref());
+        let force = found.map(|found| SpaceForce::new(structure, found, states));
+        let model = equations(m, &a, &b, force.as_ref());
         let start = first_start(structure);
         let offsets = start.map_or_else(|| vec![0.0; sensors], |(_, start)| start.offsets.clone());
         Self { structure, model, a, b, c, d, force, offsets }
@@ -88,11 +93,21 @@ impl<'a> StateSpace<'a> {
         &self.model
     }
 
-    /// The names of the states: `q1, q2, …` and their rates `p1, p2, …`.
+    /// The inner state of the force and its rate, where it has one.
+    fn inner_state(&self) -> Option<usize> {
+        self.force.as_ref().filter(|f| f.inner_rate.is_some()).map(|_| self.a.nrows() - 1)
+    }
+
+    /// E: what the rate of the force's inner state adds to the rates; none where it has none.
+    fn on_inner(&self) -> Option<Vec<f64>> {
+        self.inner_state().map(|at| (0..self.a.nrows()).map(|i| f64::from(u8::from(i == at))).collect())
+    }
+
+    /// The names of the states: `q1, q2, …` and their rates `p1, p2, …`, then the force's inner state `z`.
     pub(super) fn state_names(&self) -> Vec<String> {
         let m = self.structure.modes.len();
         let named = |letter: &'static str| (1..=m).map(move |i| format!("{letter}{i}"));
-        named("q").chain(named("p")).collect()
+        named("q").chain(named("p")).chain(self.inner_state().map(|_| "z1".to_owned())).collect()
     }
 
     /// The names under which a program writes what sensors show.
@@ -106,7 +121,9 @@ impl<'a> StateSpace<'a> {
         fitted
             .map(|(record, start)| StartState {
                 record: record.name.clone(),
-                state: start.displacement.iter().chain(&start.velocity).copied().collect(),
+                state: (start.displacement.iter().chain(&start.velocity).copied())
+                    .chain(self.inner_state().map(|_| start.memory))
+                    .collect(),
                 reach: self.reach(),
             })
             .collect()
@@ -114,7 +131,11 @@ impl<'a> StateSpace<'a> {
 
     /// The size of each state's motion, as far as it is known from the sensors' sizes: what an error is held against.
     fn reach(&self) -> Vec<f64> {
+        let yields = self.force.iter().flat_map(|f| &f.parameters).find(|p| p.name == "x_b").map_or(1.0, |p| p.value);
         let of = |state: usize| {
+            if self.inner_state() == Some(state) {
+                return yields;
+            }
             let seen = |(s, sensor): (usize, &Sensor)| self.c[(s, state)].abs() / sensor.scale;
             let most = self.structure.sensors.iter().enumerate().map(seen).fold(0.0, f64::max);
             let m = self.structure.modes.len();
@@ -187,11 +208,11 @@ impl<'a> StateSpace<'a> {
 }
 
 impl SpaceForce {
-    fn new(structure: &Structure, found: &FoundForce) -> Self {
+    fn new(structure: &Structure, found: &FoundForce, states: usize) -> Self {
         let m = structure.modes.len();
         let of_velocity = found.effect.is_of_velocity();
         let moves = |place: usize, i: usize| structure.sensor_at(place).map_or(0.0, |s| entry(structure, i, s).re);
-        let mut across = vec![0.0; 2 * m];
+        let mut across = vec![0.0; states];
         for i in 0..m {
             let weight = match found.site {
                 Site::Ground(place) => moves(place, i),
@@ -200,34 +221,38 @@ impl SpaceForce {
             across[if of_velocity { m + i } else { i }] = weight;
         }
         let drive = |i: usize| found.drives.get(i).copied().unwrap_or(0.0);
-        let mut on_rates = vec![0.0; 2 * m];
+        let mut on_rates = vec![0.0; states];
         (0..m).for_each(|i| on_rates[m + i] = drive(i));
         let on_output = |(s, sensor): (usize, &Sensor)| match sensor.quantity {
             Quantity::Acceleration => (0..m).map(|i| entry(structure, i, s).re * drive(i)).sum(),
             Quantity::Displacement | Quantity::Velocity => 0.0,
         };
-        let motion = Expression::Sum(
-            (0..2 * m)
-                .filter(|i| across[*i] != 0.0)
-                .map(|i| {
-                    let symbol = if i < m { Symbol::State(i) } else { Symbol::Rate(i - m) };
-                    Expression::from(symbol) * across[i]
-                })
-                .collect(),
-        );
-        let gap = found.parameters.iter().find(|p| p.name == "gap").map_or(0.0, |p| p.value);
+        let sum = |of_velocity: bool| {
+            let weights = (0..m).map(|i| (i, across[i] + across[m + i])).filter(|(_, weight)| *weight != 0.0);
+            let symbol = |i: usize| if of_velocity { Symbol::Rate(i) } else { Symbol::State(i) };
+            Expression::Sum(weights.map(|(i, weight)| Expression::from(symbol(i)) * weight).collect())
+        };
+        let motion = sum(of_velocity);
+        let parameter = |name: &str| found.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.value);
+        let gap = parameter("gap");
+        let inner = Expression::from(Symbol::Internal(0));
+        let inner_rate = found.effect.has_memory().then(|| {
+            Equation::known(hysteresis_rate(&sum(true), &inner, [parameter("x_b"), parameter("gamma/beta")], 1))
+        });
         let term = Term::new(match found.effect {
             Effect::CubicStiffness => motion.power(3.0),
             Effect::QuadraticStiffness => motion.power(2.0),
             Effect::CoulombFriction => motion.sgn(),
             Effect::QuadraticDamping => motion.clone() * motion.abs(),
             Effect::Clearance => motion.dead_zone(gap),
+            Effect::BoucWenHysteresis => inner,
         });
         Self {
             effect: found.effect,
             site: found.site,
             parameters: found.parameters.clone(),
             expression: in_signs(term.expression()),
+            inner_rate,
             across,
             on_rates,
             on_outputs: structure.sensors.iter().enumerate().map(on_output).collect(),
@@ -270,8 +295,7 @@ fn shown(structure: &Structure, mode: usize, sensor: usize, quantity: Quantity) 
     [0, 1].map(|k| phi.re * row[k] + turned * (next[k] + zeta * omega * row[k]) + 0.0)
 }
 
-fn equations(a: &DMatrix<f64>, b: &DMatrix<f64>, force: Option<&SpaceForce>) -> Model {
-    let m = a.nrows() / 2;
+fn equations(m: usize, a: &DMatrix<f64>, b: &DMatrix<f64>, force: Option<&SpaceForce>) -> Model {
     let own = |symbol: Symbol| Term::new(Expression::from(symbol));
     let of = |i: usize| {
         let mut terms = vec![(own(Symbol::State(i)), a[(m + i, i)]), (own(Symbol::Rate(i)), a[(m + i, m + i)])];
@@ -279,7 +303,11 @@ fn equations(a: &DMatrix<f64>, b: &DMatrix<f64>, force: Option<&SpaceForce>) -> 
         terms.extend(force.map(|f| (Term::new(f.expression.clone()), f.on_rates[m + i])));
         Equation::known(terms)
     };
-    Model::second_order(b.ncols(), (0..m).map(of).collect())
+    let model = Model::second_order(b.ncols(), (0..m).map(of).collect());
+    match force.and_then(|f| f.inner_rate.clone()) {
+        Some(inner) => model.with_internals(vec![inner]),
+        None => model,
+    }
 }
 
 /// The first fitted record's name and start.

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::super::switched::{InLanguage, Switched, literal};
 use super::StateSpace;
-use sindyscope_values::term::written;
+use sindyscope_values::term::{Style, written};
 
 /// How a language writes numbers in brackets.
 struct Brackets {
@@ -54,8 +54,15 @@ impl StateSpace<'_> {
         if let Some(force) = &self.force {
             out.push_str(&format!("G = np.array([{}])\n", numbers(&force.on_rates, ", ")));
             out.push_str(&format!("H = np.array([{}])\n", numbers(&force.on_outputs, ", ")));
+            if let Some(inner) = self.on_inner() {
+                out.push_str(&format!("E = np.array([{}])\n", numbers(&inner, ", ")));
+            }
             out.push_str("\n\ndef force(X, s):\n    \"\"\"The force beside the linear structure.\"\"\"\n");
             out.push_str(&format!("    return {}\n", written(&force.expression, style)));
+        }
+        if let Some(inner) = self.inner_state() {
+            out.push_str("\n\ndef joint_rate(X, s):\n    \"\"\"The rate of the force's inner state.\"\"\"\n");
+            out.push_str(&format!("    return {}\n", style.switched.rate(inner, style)));
         }
         let u = if inputs { "    u = np.array([row[0] for row in U])\n" } else { "" };
         let mut define = |name: &str, says: &str, (state, input, of_force): (&str, &str, &str), rest: &str| {
@@ -65,6 +72,9 @@ impl StateSpace<'_> {
             }
             if self.force.is_some() {
                 sum.push_str(&format!(" + {of_force} * force(X, s)"));
+            }
+            if name == "rates" && self.inner_state().is_some() {
+                sum.push_str(" + E * joint_rate(X, s)");
             }
             out.push_str(&format!(
                 "\n\ndef {name}(t, X, U, s):\n    \"\"\"{says}\"\"\"\n{u}    return ({sum}{rest}).tolist()\n"
@@ -96,9 +106,19 @@ impl StateSpace<'_> {
         for (name, values) in [("G", g), ("H", h), ("offset", &self.offsets)] {
             out.push_str(&format!("    m.{name} = {};\n", MATLAB.matrix(&column(values))));
         }
+        if let Some(inner) = self.on_inner() {
+            out.push_str(&format!("    m.E = {};\n", MATLAB.matrix(&column(&inner))));
+        }
         out.push_str("end\n\nfunction f = force(X, s) %#ok<INUSD>\n    % The force beside the linear structure.\n");
         let expression = self.force.as_ref().map_or_else(|| "0".to_owned(), |f| written(&f.expression, style));
         out.push_str(&format!("    f = {expression};\nend\n\n"));
+        let mut of_rates = "m.G*force(X, s)".to_owned();
+        if let Some(inner) = self.inner_state() {
+            let rate = style.switched.rate(inner, style);
+            out.push_str("function g = joint_rate(X, s) %#ok<INUSD>\n    % The rate of the force's inner state.\n");
+            out.push_str(&format!("    g = {rate};\nend\n\n"));
+            of_rates.push_str(" + m.E*joint_rate(X, s)");
+        }
         let input = |matrix: &str| if inputs { format!(" + m.{matrix}*U(:, 1)") } else { String::new() };
         for (name, says, state, by_input, rest) in [
             (
@@ -106,9 +126,9 @@ impl StateSpace<'_> {
                 "The rate of each state X; U holds each input with two derivatives, s the held signs.",
                 "A",
                 input("B"),
-                "m.G*force(X, s)",
+                of_rates,
             ),
-            ("outputs", "What each sensor shows.", "C", input("D"), "m.H*force(X, s) + m.offset"),
+            ("outputs", "What each sensor shows.", "C", input("D"), "m.H*force(X, s) + m.offset".to_owned()),
         ] {
             out.push_str(&format!(
                 "function out = {name}(t, X, U, s) %#ok<INUSL>\n    % {says}\n    persistent m\n    \
@@ -139,6 +159,13 @@ impl StateSpace<'_> {
             out.push_str("\n/* The force beside the linear structure. */\nstatic double force(const double *X, const double *s)\n{\n");
             out.push_str(&format!("    (void)X, (void)s;\n    return {};\n}}\n", written(&force.expression, style)));
         }
+        let mut at_end = String::new();
+        if let Some(inner) = self.inner_state() {
+            let rate = style.switched.rate(inner, style);
+            out.push_str("\n/* The rate of the force's inner state. */\nstatic double joint_rate(const double *X, const double *s)\n{\n");
+            out.push_str(&format!("    (void)X, (void)s;\n    return {rate};\n}}\n"));
+            at_end = "    f[STATES - 1] += joint_rate(X, s);\n".into();
+        }
         let unused = if inputs { "" } else { " (void)U;" };
         let unheld = if self.force.is_some() { "" } else { " (void)s;" };
         for (says, name, result, count, matrix, feed, of_force, rest) in [
@@ -155,11 +182,12 @@ impl StateSpace<'_> {
             } else {
                 String::new()
             };
+            let at_end = if name == "rates" { at_end.as_str() } else { "" };
             let acting = if self.force.is_some() { "    const double acting = force(X, s);\n" } else { "" };
             out.push_str(&format!(
                 "\n/* {says} */\nstatic void {name}(double t, const double *X, double (*U)[3], const double *s, double *{result})\n{{\n{acting}    \
                  (void)t;{unused}{unheld}\n    for (int i = 0; i < {count}; i++) {{\n        {result}[i] = {rest};\n        \
-                 for (int j = 0; j < STATES; j++) {result}[i] += {matrix}[i][j] * X[j];\n{by_input}{by_force}    }}\n}}\n"
+                 for (int j = 0; j < STATES; j++) {result}[i] += {matrix}[i][j] * X[j];\n{by_input}{by_force}    }}\n{at_end}}}\n"
             ));
         }
         out.push('\n');
@@ -167,7 +195,12 @@ impl StateSpace<'_> {
     }
 
     /// The body of a Modelica model: matrices, inputs, states and outputs.
-    pub(in super::super) fn modelica(&self, switched: &Switched, initial: &[f64], force: Option<&str>) -> String {
+    pub(in super::super) fn modelica(
+        &self,
+        switched: &Switched,
+        initial: &[f64],
+        [force, joint_rate]: [Option<&str>; 2],
+    ) -> String {
         let (n, outputs, inputs) = (self.a.nrows(), self.c.nrows(), self.structure.inputs.len());
         let mut out = String::new();
         for (name, matrix) in [("A", &self.a), ("B", &self.b), ("C", &self.c), ("D", &self.d)] {
@@ -183,6 +216,10 @@ impl StateSpace<'_> {
             out.push_str(&format!("    parameter Real H[{outputs}] = {{{}}};\n", numbers(&found.on_outputs, ", ")));
             out.push_str("    Real force \"The force beside the linear structure\";\n");
         }
+        if let (Some(inner), Some(_)) = (self.on_inner(), joint_rate) {
+            out.push_str(&format!("    parameter Real E[{n}] = {{{}}};\n", numbers(&inner, ", ")));
+            out.push_str("    Real joint_rate \"The rate of the force's inner state\";\n");
+        }
         let names: Vec<String> =
             (0..inputs).map(|j| switched.layout.name(sindyscope_values::term::Symbol::Input(j))).collect();
         out.extend(names.iter().map(|name| format!("    input Real {name};\n")));
@@ -197,9 +234,19 @@ impl StateSpace<'_> {
         if let Some((_, force)) = found {
             out.push_str(&format!("    force = {force};\n"));
         }
-        out.push_str(&format!("    der(X) = A*X{}{};\n", feed("B"), by_force("G")));
+        let mut inner = "";
+        if let Some(rate) = joint_rate {
+            out.push_str(&format!("    joint_rate = {rate};\n"));
+            inner = " + E*joint_rate";
+        }
+        out.push_str(&format!("    der(X) = A*X{}{}{inner};\n", feed("B"), by_force("G")));
         out.push_str(&format!("    Y = C*X{}{} + offset;\n", feed("D"), by_force("H")));
         out
+    }
+
+    /// The rate of the force's inner state in Modelica's words, where it has one.
+    pub(in super::super) fn joint_rate(&self, switched: &Switched, style: &impl Style) -> Option<String> {
+        self.inner_state().map(|inner| switched.rate(inner, style))
     }
 
     /// The force in Modelica's words.

@@ -2,7 +2,7 @@
 
 use super::super::switched::Switched;
 use super::{SpaceForce, StateSpace};
-use crate::modal::force_term;
+use crate::modal::{force_rate, force_term};
 use sindyscope_modes::{Effect, Quantity, Sensor};
 use sindyscope_values::format::number::{format_measured, significant};
 
@@ -36,8 +36,9 @@ impl StateSpace<'_> {
     fn meaning(&self) -> [String; 2] {
         let inputs = |text: &'static str| if self.structure.inputs.is_empty() { "" } else { text };
         let force = |text: &'static str| if self.force.is_none() { "" } else { text };
+        let inner = if self.inner_state().is_some() { " + E g" } else { "" };
         [
-            format!("State space in modal coordinates: dX/dt = A X{}{},", inputs(" + B U"), force(" + G f")),
+            format!("State space in modal coordinates: dX/dt = A X{}{}{inner},", inputs(" + B U"), force(" + G f")),
             format!("outputs Y = C X{}{} + offset.", inputs(" + D U"), force(" + H f")),
         ]
     }
@@ -48,10 +49,11 @@ impl StateSpace<'_> {
             m => format!("{letter}1 to {letter}{m}"),
         };
         format!(
-            "modal displacements {} (each the displacement of the sensor that its mode moves most), and their rates {}; \
+            "modal displacements {} (each the displacement of the sensor that its mode moves most), and their rates {}{}; \
              C turns them into what the sensors show",
             several("q"),
-            several("p")
+            several("p"),
+            if self.inner_state().is_some() { ", then the force's inner state z1" } else { "" }
         )
     }
 
@@ -79,6 +81,12 @@ impl StateSpace<'_> {
         largest.map_or_else(String::new, |s| displacement_unit(&self.structure.sensors[s]))
     }
 
+    /// The unit of the force's inner state.
+    pub(super) fn unit_of_inner(&self) -> String {
+        let yields = self.force.iter().flat_map(|f| &f.parameters).find(|p| p.name == "x_b");
+        yields.map_or_else(String::new, |p| p.unit.clone())
+    }
+
     /// The force, where it acts and its parameters, a line each.
     pub(super) fn force_words(&self, force: &SpaceForce) -> Vec<String> {
         let term = force_term(force.effect, force.site, &self.structure.sensors);
@@ -88,6 +96,9 @@ impl StateSpace<'_> {
             motion_name(force.effect),
             self.across_words(force)
         ));
+        if let Some(rate) = force_rate(force.effect, force.site, &self.structure.sensors) {
+            lines.push(format!("The rate of its inner state z1 is g = {rate}, at the velocity of the same motion."));
+        }
         for p in &force.parameters {
             lines.push(format!("  {} = {} {}", p.name, format_measured(p.value, p.std_error), p.unit));
         }
