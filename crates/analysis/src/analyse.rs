@@ -38,7 +38,7 @@ pub struct Analysis {
 
 /// Settings with nothing left open.
 #[derive(Clone, Debug)]
-pub(crate) struct ChosenSettings {
+pub(crate) struct ResolvedSettings {
     pub(crate) settings: Settings,
     /// How those that were not given were chosen.
     pub(crate) choice: Option<String>,
@@ -53,7 +53,7 @@ pub(crate) fn chosen(
     streamed: bool,
     cancel: &Cancel,
     tell: AnalysisListener<'_>,
-) -> Result<ChosenSettings, AnalysisError> {
+) -> Result<ResolvedSettings, AnalysisError> {
     if request.source.reading.kind == KindName::Component {
         return Err(AnalysisError::NoMass);
     }
@@ -71,7 +71,7 @@ pub(crate) fn chosen(
         settings = found.settings;
         choice = Some(found.reason);
     }
-    Ok(ChosenSettings { settings, choice, suggested })
+    Ok(ResolvedSettings { settings, choice, suggested })
 }
 
 /// Chooses what was left open, and runs the study of prepared records.
@@ -84,7 +84,7 @@ pub fn analyse(
     cancel: &Cancel,
     tell: AnalysisListener<'_>,
 ) -> Result<Analysis, AnalysisError> {
-    let ChosenSettings { mut settings, choice, suggested } = chosen(request, &records, false, cancel, tell)?;
+    let ResolvedSettings { mut settings, choice, suggested } = chosen(request, &records, false, cancel, tell)?;
     let mut calibrated = Vec::new();
     if !request.calibrations.is_empty() {
         tell(AnalysisProgress::Stage("finding what is asked of the channels"));

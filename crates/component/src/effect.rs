@@ -75,7 +75,7 @@ impl Titles {
     }
 }
 
-type Build = Box<dyn Fn(&[f64]) -> ForceAddition + Send + Sync>;
+type BuildForce = Box<dyn Fn(&[f64]) -> ForceAddition + Send + Sync>;
 
 /// An effect in one of its forms.
 pub(crate) struct ForceForm {
@@ -87,7 +87,7 @@ pub(crate) struct ForceForm {
     pub(crate) inner: Vec<ForceInner>,
     /// Effects that are special cases of it, which it stands for where it is in the model.
     pub(crate) contains: &'static [&'static str],
-    build: Build,
+    build: BuildForce,
 }
 
 impl ForceForm {

@@ -2,7 +2,7 @@
 
 use super::error::ModesError;
 use super::identify::{PathRequest, Split, linear, path};
-use super::measurement::{Measurement, Series};
+use super::measurement::{Measurement, SensorSeries};
 use super::outcome::Structure;
 use super::position::of_sensors;
 use super::settings::Base;
@@ -79,7 +79,7 @@ pub fn analyse(
     }
     let structure = structure(&measurement, &found);
     let quality = structure.modes.iter().map(|m| stabilization.quality(m, &structure.sensors)).collect();
-    let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>| {
+    let of = |usage: Usage, series: &SensorSeries, left: &Vec<Vec<f64>>| {
         let scaled = |all: &[Vec<f64>], scale: &dyn Fn(usize) -> f64| -> Vec<Vec<f64>> {
             all.iter().enumerate().map(|(k, s)| s.iter().map(|v| v * scale(k)).collect()).collect()
         };

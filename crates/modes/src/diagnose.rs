@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::closed::{ClosedModel, Course, Free, Segment, State};
+use super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::error::ModesError;
 use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
@@ -13,12 +13,12 @@ use super::limits::{
     MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
     SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
-use super::linear::{ForceSeries, LinearFit, Task};
-use super::measurement::{Measurement, Series};
+use super::linear::{ForceSeries, LinearTask, ModalFit};
+use super::measurement::{Measurement, SensorSeries};
 use super::motion::PARTS;
 use super::outcome::Structure;
 use super::pole::{self, Pole};
-use super::screen::{Candidate, Screen, SiteKind, deviation};
+use super::screen::{ForceCandidate, Screen, SiteKind, deviation};
 use super::start::RecordStart;
 use super::study::{in_band, noise_floor, record_fits, structure};
 use sindyscope_core::signal::standard_deviation;
@@ -108,7 +108,7 @@ pub struct ForceParameter {
 
 /// What the candidates that were fitted before have come to.
 #[derive(Clone, Copy)]
-struct Standing {
+struct ForceStanding {
     /// True if one explains the data.
     explained: bool,
     /// Their least error.
@@ -127,7 +127,7 @@ struct Nearest {
 }
 
 impl Nearest {
-    fn see(&mut self, candidates: &[Candidate]) {
+    fn see(&mut self, candidates: &[ForceCandidate]) {
         for c in candidates {
             self.any = self.any.min(c.error);
             if !c.effect.has_memory() {
@@ -143,8 +143,8 @@ impl Nearest {
 }
 
 /// A candidate fitted to its end.
-struct Fitted {
-    candidate: Candidate,
+struct FittedStructure {
+    candidate: ForceCandidate,
     model: ClosedModel,
     course: Course,
     residuals: Residuals,
@@ -211,7 +211,7 @@ fn unseen_records(
     let scaled = |all: &[Vec<f64>]| -> Vec<Vec<f64>> {
         all.iter().zip(&measurement.sensors).map(|(s, sensor)| s.iter().map(|v| v * sensor.scale).collect()).collect()
     };
-    let of = |(k, series): (usize, &Series)| UnseenRecord {
+    let of = |(k, series): (usize, &SensorSeries)| UnseenRecord {
         name: series.name.clone(),
         interval: series.interval,
         measured: scaled(&series.outputs),
@@ -249,9 +249,9 @@ struct States {
 }
 
 impl States {
-    fn at(&self, record: usize, sample: usize) -> State {
+    fn at(&self, record: usize, sample: usize) -> InitialState {
         let memory = self.memory.get(record).map_or(0.0, |m| m[sample]);
-        State { modes: self.modes[record].iter().map(|m| m[sample]).collect(), memory }
+        InitialState { modes: self.modes[record].iter().map(|m| m[sample]).collect(), memory }
     }
 }
 
@@ -274,7 +274,7 @@ impl StartKind {
 }
 
 /// A model fitted in closed loop.
-struct Followed {
+struct FollowedForce {
     model: ClosedModel,
     course: Course,
     residuals: Vec<Vec<Vec<f64>>>,
@@ -298,14 +298,18 @@ struct ToldModel {
     starts: Vec<RecordStart>,
 }
 
-type Chosen = (Fitted, Lead, Vec<(Effect, Site)>, Vec<(Effect, Site, f64)>);
+type ChosenForce = (FittedStructure, Lead, Vec<(Effect, Site)>, Vec<(Effect, Site, f64)>);
 
 impl ForceSearch<'_> {
     fn linear_error(&self) -> f64 {
         self.path.steps[self.path.chosen].residuals.unseen_rms()
     }
 
-    fn fitted(&self, report: &(dyn Fn(&'static str, f64) + Sync), cancel: &Cancel) -> Result<Vec<Fitted>, ModesError> {
+    fn fitted(
+        &self,
+        report: &(dyn Fn(&'static str, f64) + Sync),
+        cancel: &Cancel,
+    ) -> Result<Vec<FittedStructure>, ModesError> {
         let poles = &self.path.steps[self.path.chosen].poles;
         let modes = self.fixed.unwrap_or_else(|| (poles.len() + 1).clamp(SCREENED_MODES.0, SCREENED_MODES.1));
         let noises = (0..self.measurement.sensors.len())
@@ -315,8 +319,8 @@ impl ForceSearch<'_> {
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
         let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
-        let explains = |f: &Fitted| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
-        let mut all: Vec<Fitted> = Vec::new();
+        let explains = |f: &FittedStructure| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
+        let mut all: Vec<FittedStructure> = Vec::new();
         let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
         // Where a force to the ground explains the data, none between sensors is asked for.
         for (reach, from, to) in [(SiteKind::Ground, 0.05, 0.6), (SiteKind::Pairs, 0.6, 1.0)] {
@@ -335,7 +339,7 @@ impl ForceSearch<'_> {
                 if explained && candidate.error > NEAR * nearest.to(candidate.effect) {
                     continue;
                 }
-                let standing = Standing {
+                let standing = ForceStanding {
                     explained,
                     error: all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min),
                     noise: all.iter().map(|f| self.noise_in(&f.residuals.unseen)).fold(self.noise, f64::min),
@@ -353,8 +357,13 @@ impl ForceSearch<'_> {
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
-    fn promising(&self, candidates: &[Candidate], fitted: &[Fitted], nearest: Nearest) -> Vec<Candidate> {
-        let mut chosen: Vec<&Candidate> = Vec::new();
+    fn promising(
+        &self,
+        candidates: &[ForceCandidate],
+        fitted: &[FittedStructure],
+        nearest: Nearest,
+    ) -> Vec<ForceCandidate> {
+        let mut chosen: Vec<&ForceCandidate> = Vec::new();
         for c in candidates {
             let memory = c.effect.has_memory();
             let new = chosen.iter().all(|k| (k.effect, k.site) != (c.effect, c.site));
@@ -368,7 +377,7 @@ impl ForceSearch<'_> {
             }
         }
         // Before one that contains another stands that other, which it must beat.
-        let mut ordered: Vec<&Candidate> = Vec::new();
+        let mut ordered: Vec<&ForceCandidate> = Vec::new();
         for c in chosen {
             let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));
             let near = simpler.filter(|s| s.error < NEAR_OTHER_EFFECT * nearest.any);
@@ -386,10 +395,10 @@ impl ForceSearch<'_> {
     fn closed(
         &self,
         screen: &Screen<'_>,
-        mut candidate: Candidate,
-        standing: Standing,
+        mut candidate: ForceCandidate,
+        standing: ForceStanding,
         cancel: &Cancel,
-    ) -> Option<Fitted> {
+    ) -> Option<FittedStructure> {
         let rival = standing.explained;
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
         let across = Screen::across(self.measurement, candidate.site)?;
@@ -398,7 +407,7 @@ impl ForceSearch<'_> {
         known.splice(0..0, candidate.poles.iter().copied());
         let bound = (HOPELESS_NOISES * standing.noise).max(HOPELESS * standing.error.min(self.linear_error()));
         let mut done = false;
-        let mut got: Option<(Followed, Unseen)> = None;
+        let mut got: Option<(FollowedForce, Unseen)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
         for round in 0..if rival { 1 } else { ROUNDS } {
             let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
@@ -413,11 +422,11 @@ impl ForceSearch<'_> {
                 break;
             }
             let (fit, _) = steps.into_iter().nth(at)?;
-            let task = Task::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
+            let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
             let offsets: Vec<Vec<f64>> = (0..self.split.fitted.len())
                 .map(|r| (0..self.measurement.sensors.len()).map(|s| task.offset(&fit, s, r)).collect())
                 .collect();
-            let mut best_start: Option<(Followed, StartKind)> = None;
+            let mut best_start: Option<(FollowedForce, StartKind)> = None;
             for which in &starts {
                 let Some((start, states)) = self.start(&task, &fit, &candidate, &across, *which) else { continue };
                 let found = self.follow(start, &states, &offsets, (parts, bound, candidate.yields.1), cancel);
@@ -477,12 +486,12 @@ impl ForceSearch<'_> {
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
-        let Followed { model, course, .. } = found;
-        Some(Fitted { candidate, model, course, residuals, densities, error: unseen.error })
+        let FollowedForce { model, course, .. } = found;
+        Some(FittedStructure { candidate, model, course, residuals, densities, error: unseen.error })
     }
 
     /// The number of modes (less one) that data never fitted ask for.
-    fn worth(&self, screen: &Screen<'_>, candidate: &Candidate, steps: &[(LinearFit, f64)]) -> Option<usize> {
+    fn worth(&self, screen: &Screen<'_>, candidate: &ForceCandidate, steps: &[(ModalFit, f64)]) -> Option<usize> {
         let (intervals, period) = (self.split.intervals(), main_period(&self.split.fitted));
         let mut best: Option<(usize, f64, Vec<f64>)> = None;
         for (k, (fit, error)) in steps.iter().enumerate() {
@@ -501,9 +510,9 @@ impl ForceSearch<'_> {
     /// force are made one shape, as reciprocity asks. None where a start would be the first one again.
     fn start(
         &self,
-        task: &Task<'_>,
-        fit: &LinearFit,
-        candidate: &Candidate,
+        task: &LinearTask<'_>,
+        fit: &ModalFit,
+        candidate: &ForceCandidate,
         across: &[f64],
         which: StartKind,
     ) -> Option<(ClosedModel, States)> {
@@ -597,7 +606,7 @@ impl ForceSearch<'_> {
     }
 
     /// The initial states that the free oscillations of an open-loop fit tell.
-    fn initial(&self, task: &Task<'_>, fit: &LinearFit, model: &ClosedModel) -> Vec<State> {
+    fn initial(&self, task: &LinearTask<'_>, fit: &ModalFit, model: &ClosedModel) -> Vec<InitialState> {
         let sensors = &self.measurement.sensors;
         let of = |record: usize, mode: usize| {
             let lambda = fit.poles[mode].eigenvalue();
@@ -611,11 +620,11 @@ impl ForceSearch<'_> {
             sum / power.max(1e-300)
         };
         let modes = |r: usize| (0..fit.poles.len()).map(|i| of(r, i)).collect();
-        (0..self.split.fitted.len()).map(|r| State { modes: modes(r), memory: 0.0 }).collect()
+        (0..self.split.fitted.len()).map(|r| InitialState { modes: modes(r), memory: 0.0 }).collect()
     }
 
     /// True if all records start at rest: none has free oscillations worth the name.
-    fn at_rest(&self, task: &Task<'_>, fit: &LinearFit) -> bool {
+    fn at_rest(&self, task: &LinearTask<'_>, fit: &ModalFit) -> bool {
         if self.measurement.inputs.is_empty() {
             return false;
         }
@@ -651,11 +660,11 @@ impl ForceSearch<'_> {
         offsets: &[Vec<f64>],
         (parts, bound, most_yield): (usize, f64, f64),
         cancel: &Cancel,
-    ) -> Option<Followed> {
+    ) -> Option<FollowedForce> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
         let whole_initial = start.initial.clone();
         let rest = whole_initial.is_empty();
-        let total: usize = series.iter().map(Series::len).sum();
+        let total: usize = series.iter().map(SensorSeries::len).sum();
         let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
         // The course over a share of these samples, each segment's state fitted.
         let begun = |model: ClosedModel, share: f64| {
@@ -704,7 +713,7 @@ impl ForceSearch<'_> {
         if let Some((found, left)) = free_run.fitted(of, free, WHOLE_STEPS, 1e-3, cancel) {
             let own = (left.squares / left.samples as f64).sqrt();
             if own < KEPT * error {
-                return Some(Followed {
+                return Some(FollowedForce {
                     residuals: whole.residuals(of, &left),
                     error: own,
                     model: found,
@@ -721,7 +730,7 @@ impl ForceSearch<'_> {
         let of = course.along(sensors, series, parts);
         let left = model.simulate(of)?;
         let error = (left.squares / left.samples as f64).sqrt();
-        Some(Followed { residuals: course.residuals(of, &left), error, model, course })
+        Some(FollowedForce { residuals: course.residuals(of, &left), error, model, course })
     }
 
     /// The motion that a model allows, but for the smallest jumps between stretches, and that follows the data best; `starts`
@@ -729,8 +738,8 @@ impl ForceSearch<'_> {
     fn shadowed(
         &self,
         model: &ClosedModel,
-        starts: Vec<State>,
-        (series, offsets, rest): (&[Series], &[Vec<f64>], bool),
+        starts: Vec<InitialState>,
+        (series, offsets, rest): (&[SensorSeries], &[Vec<f64>], bool),
         parts: usize,
         cancel: &Cancel,
     ) -> Option<(ClosedModel, Course)> {
@@ -772,7 +781,7 @@ impl ForceSearch<'_> {
             Some(Unseen { residuals: course.residuals(of, &left), forces, error })
         };
         let mut model = model.clone();
-        model.initial = vec![State::rest(model.modes()); series.len()];
+        model.initial = vec![InitialState::rest(model.modes()); series.len()];
         let at_start = model.fitted(begin.along(sensors, series, parts), Free::Initial, 6, 1e-4, cancel)?.0;
         let run = at_start.fitted(whole.along(sensors, series, parts), Free::Initial, 3, 1e-4, cancel);
         let free = run.and_then(|(m, _)| told(&m, &whole));
@@ -791,10 +800,10 @@ impl ForceSearch<'_> {
     }
 
     /// The effect that stands, with its lead over the nearest rival, those that it does not beat, and all that were tried.
-    fn chosen(&self, mut fitted: Vec<Fitted>, period: f64) -> Option<Chosen> {
+    fn chosen(&self, mut fitted: Vec<FittedStructure>, period: f64) -> Option<ChosenForce> {
         let step = &self.path.steps[self.path.chosen];
         let plain = step.residuals.densities(&self.split.intervals(), period);
-        let is_contained = |larger: &Fitted, smaller: &Fitted| {
+        let is_contained = |larger: &FittedStructure, smaller: &FittedStructure| {
             larger.candidate.site == smaller.candidate.site
                 && larger.candidate.effect.contains(smaller.candidate.effect)
         };
@@ -805,7 +814,7 @@ impl ForceSearch<'_> {
         let mut needless = needless.into_iter();
         fitted.retain(|_| !needless.next().unwrap_or(false));
         fitted.sort_by(|a, b| {
-            let sum = |f: &Fitted| f.densities.iter().sum::<f64>();
+            let sum = |f: &FittedStructure| f.densities.iter().sum::<f64>();
             sum(b).total_cmp(&sum(a))
         });
         let tried: Vec<(Effect, Site, f64)> =
@@ -830,12 +839,12 @@ impl ForceSearch<'_> {
     /// The model at the end as plain values.
     fn told(
         &self,
-        best: Fitted,
+        best: FittedStructure,
         lead: Lead,
         rivals: Vec<(Effect, Site)>,
         tried: Vec<(Effect, Site, f64)>,
     ) -> (Structure, FoundForce) {
-        let Fitted { candidate, model, course, residuals, .. } = best;
+        let FittedStructure { candidate, model, course, residuals, .. } = best;
         let sensors = &self.measurement.sensors;
         let unit = force_unit(self.measurement, candidate.site);
         let ToldModel { modes, participation, drives, parameters, starts } =
@@ -995,7 +1004,7 @@ fn matched(model: &mut ClosedModel, states: &mut States, force: &ForceSeries) ->
 }
 
 /// The beginnings of all records, a share of each, in stretches of about so many samples; each one's last sample is the next one's first.
-fn stretches(series: &[Series], samples: f64, share: f64) -> Vec<Segment> {
+fn stretches(series: &[SensorSeries], samples: f64, share: f64) -> Vec<Segment> {
     let mut all = Vec::new();
     for Segment { record, length, .. } in Segment::whole(series, share.min(1.0)) {
         let count = ((length as f64 / samples).round() as usize).max(1);

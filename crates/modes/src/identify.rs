@@ -10,8 +10,8 @@ use super::limits::{
     CHOICE_ROWS, HELD_OUT, LAST_POLE_STEPS, LEAST_ERROR, MODE_GAIN, MOST_MODES, PATIENCE, POLE_RATES, POLE_STEPS,
     POOL_DISTANCE, SAME_POLE,
 };
-use super::linear::{ForceSeries, LinearFit, Pool, Task};
-use super::measurement::{Measurement, Sensor, Series};
+use super::linear::{ForceSeries, LinearTask, ModalFit, PolePool};
+use super::measurement::{Measurement, Sensor, SensorSeries};
 use super::pole::Pole;
 use super::start::RecordStart;
 use super::subspace::{self, Channels};
@@ -21,8 +21,8 @@ use sindyscope_values::model::Mode;
 
 /// Records to fit and records to judge by.
 pub(crate) struct Split {
-    pub(crate) fitted: Vec<Series>,
-    pub(crate) unseen: Vec<Series>,
+    pub(crate) fitted: Vec<SensorSeries>,
+    pub(crate) unseen: Vec<SensorSeries>,
 }
 
 impl Split {
@@ -37,7 +37,7 @@ impl Split {
         {
             return Self { fitted: most.to_vec(), unseen: vec![last.clone()] };
         }
-        let cut = |s: &Series| ((1.0 - HELD_OUT) * s.len() as f64) as usize;
+        let cut = |s: &SensorSeries| ((1.0 - HELD_OUT) * s.len() as f64) as usize;
         Self {
             fitted: fitted.iter().map(|s| s.part(0..cut(s))).collect(),
             unseen: fitted.iter().map(|s| s.part(cut(s)..s.len())).collect(),
@@ -56,13 +56,13 @@ impl Split {
 
 /// Sets of poles of growing number, each with what it leaves.
 pub(crate) struct Path {
-    pub(crate) steps: Vec<PathStep>,
+    pub(crate) steps: Vec<ModePathStep>,
     /// The chosen one.
     pub(crate) chosen: usize,
 }
 
 /// One number of modes.
-pub(crate) struct PathStep {
+pub(crate) struct ModePathStep {
     pub(crate) poles: Vec<Pole>,
     pub(crate) residuals: Residuals,
     pub(crate) densities: Vec<f64>,
@@ -86,8 +86,8 @@ impl Default for PathRequest<'_> {
 }
 
 /// Poles that subspace identification proposes, at several rates.
-pub(crate) fn pool(series: &[Series], force: Option<&ForceSeries>, rates: &[(usize, usize)]) -> Vec<Pole> {
-    let channels = |(k, s): (usize, &Series)| Channels {
+pub(crate) fn pool(series: &[SensorSeries], force: Option<&ForceSeries>, rates: &[(usize, usize)]) -> Vec<Pole> {
+    let channels = |(k, s): (usize, &SensorSeries)| Channels {
         interval: s.interval,
         drives: s
             .inputs
@@ -114,13 +114,13 @@ pub(crate) fn path(
     let mut pool = request.known.to_vec();
     pool.extend(self::pool(&split.fitted, None, request.rates));
     let period = main_period(&split.fitted);
-    let rows: usize = split.fitted.iter().map(Series::len).sum();
-    let task = Task::new(&split.fitted, &measurement.sensors, None, 1);
-    let coarse = Task::new(&split.fitted, &measurement.sensors, None, rows / CHOICE_ROWS);
+    let rows: usize = split.fitted.iter().map(SensorSeries::len).sum();
+    let task = LinearTask::new(&split.fitted, &measurement.sensors, None, 1);
+    let coarse = LinearTask::new(&split.fitted, &measurement.sensors, None, rows / CHOICE_ROWS);
     let pool = coarse.pool(&pool);
-    let unseen = Task::new(&split.unseen, &measurement.sensors, None, 1);
+    let unseen = LinearTask::new(&split.unseen, &measurement.sensors, None, 1);
     let most = request.modes.unwrap_or(request.most);
-    let mut steps: Vec<PathStep> = Vec::new();
+    let mut steps: Vec<ModePathStep> = Vec::new();
     let mut poles: Vec<Pole> = Vec::new();
     let (mut chosen, mut idle) = (0, 0);
     while poles.len() < most {
@@ -138,8 +138,8 @@ pub(crate) fn path(
             unknowns: unknowns(measurement, &fit.poles),
         };
         let densities = residuals.densities(&split.intervals(), period);
-        let step = PathStep { poles: poles.clone(), residuals, densities };
-        let better = steps.get(chosen).is_none_or(|best: &PathStep| {
+        let step = ModePathStep { poles: poles.clone(), residuals, densities };
+        let better = steps.get(chosen).is_none_or(|best: &ModePathStep| {
             step.residuals.unseen_rms() < (1.0 - MODE_GAIN) * best.residuals.unseen_rms()
                 && beats(&step.densities, &best.densities)
         });
@@ -170,22 +170,22 @@ pub(crate) fn path(
 fn pruned(
     measurement: &Measurement,
     split: &Split,
-    (task, unseen): (&Task<'_>, &Task<'_>),
-    whole: &PathStep,
+    (task, unseen): (&LinearTask<'_>, &LinearTask<'_>),
+    whole: &ModePathStep,
     steps: usize,
     cancel: &Cancel,
-) -> Option<PathStep> {
+) -> Option<ModePathStep> {
     let period = main_period(&split.fitted);
-    let judged = |fit: &LinearFit| -> Option<PathStep> {
+    let judged = |fit: &ModalFit| -> Option<ModePathStep> {
         let residuals = Residuals {
             fitted: residuals(task, fit, &split.fitted),
             unseen: unseen.unseen(fit)?,
             unknowns: unknowns(measurement, &fit.poles),
         };
         let densities = residuals.densities(&split.intervals(), period);
-        Some(PathStep { poles: fit.poles.clone(), residuals, densities })
+        Some(ModePathStep { poles: fit.poles.clone(), residuals, densities })
     };
-    let mut best: Option<PathStep> = None;
+    let mut best: Option<ModePathStep> = None;
     loop {
         let now = best.as_ref().unwrap_or(whole);
         if now.poles.len() < 2 || cancel.is_cancelled() {
@@ -212,12 +212,12 @@ fn unknowns(measurement: &Measurement, poles: &[Pole]) -> usize {
     poles.len() * (2 + measurement.inputs.len().max(1) * measurement.sensors.len())
 }
 
-pub(crate) fn residuals(task: &Task<'_>, fit: &LinearFit, series: &[Series]) -> Vec<Vec<Vec<f64>>> {
+pub(crate) fn residuals(task: &LinearTask<'_>, fit: &ModalFit, series: &[SensorSeries]) -> Vec<Vec<Vec<f64>>> {
     (0..series.len()).map(|r| (0..task.sensors).map(|s| task.residual(fit, s, r)).collect()).collect()
 }
 
 /// The pole of a pool that takes most off what the present ones leave.
-pub(crate) fn further(task: &Task<'_>, poles: &[Pole], pool: &Pool) -> Option<Pole> {
+pub(crate) fn further(task: &LinearTask<'_>, poles: &[Pole], pool: &PolePool) -> Option<Pole> {
     let fit = task.fit(poles)?;
     let is_new = |p: &Pole| poles.iter().all(|q| (p.omega / q.omega).ln().abs() >= SAME_POLE);
     let gains = task.gains(&fit, pool);
@@ -226,8 +226,8 @@ pub(crate) fn further(task: &Task<'_>, poles: &[Pole], pool: &Pool) -> Option<Po
 }
 
 /// The period of the strongest line of the records' slowest moving sensor, s.
-pub(crate) fn main_period(series: &[Series]) -> f64 {
-    let of = |s: &Series| {
+pub(crate) fn main_period(series: &[SensorSeries]) -> f64 {
+    let of = |s: &SensorSeries| {
         let peaks = s.outputs.iter().filter_map(|y| {
             let spectrum = sindyscope_core::signal::Spectrum::new(y, s.interval)?;
             spectrum.peak().map(|p| p.frequency.recip())
@@ -251,12 +251,12 @@ pub(crate) struct Linear {
 
 /// Refines poles on all fitted records.
 pub(crate) fn linear(measurement: &Measurement, poles: &[Pole], cancel: &Cancel) -> Result<Linear, ModesError> {
-    let task = Task::new(&measurement.fitted, &measurement.sensors, None, 1);
+    let task = LinearTask::new(&measurement.fitted, &measurement.sensors, None, 1);
     let failed = || if cancel.is_cancelled() { ModesError::Cancelled } else { ModesError::NoMode };
     let mut poles = poles.to_vec();
     poles.sort_by(|a, b| a.omega.total_cmp(&b.omega));
     let fit = task.refine(&poles, LAST_POLE_STEPS, cancel).ok_or_else(failed)?;
-    let unseen = Task::new(&measurement.held_out, &measurement.sensors, None, 1);
+    let unseen = LinearTask::new(&measurement.held_out, &measurement.sensors, None, 1);
     let residuals = Residuals {
         fitted: residuals(&task, &fit, &measurement.fitted),
         unseen: if measurement.held_out.is_empty() { Vec::new() } else { unseen.unseen(&fit).ok_or_else(failed)? },
@@ -289,7 +289,7 @@ struct FittedModes {
     starts: Vec<RecordStart>,
 }
 
-fn modes(measurement: &Measurement, task: &Task<'_>, fit: &LinearFit, residuals: &Residuals) -> FittedModes {
+fn modes(measurement: &Measurement, task: &LinearTask<'_>, fit: &ModalFit, residuals: &Residuals) -> FittedModes {
     let sensors = &measurement.sensors;
     let inflated: f64 = residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>()
         / residuals.fitted.iter().flatten().count().max(1) as f64;
@@ -342,8 +342,8 @@ fn folded(angle: f64) -> f64 {
 /// The real shape that the responses to the inputs have in common, related to its largest entry.
 fn driven_shape(
     measurement: &Measurement,
-    task: &Task<'_>,
-    fit: &LinearFit,
+    task: &LinearTask<'_>,
+    fit: &ModalFit,
     mode: usize,
     variance: f64,
 ) -> (Vec<Complex<f64>>, Vec<Option<f64>>, Vec<f64>) {
@@ -378,8 +378,8 @@ fn driven_shape(
 
 /// The complex shape that the free oscillations of all records have in common.
 fn free_shape(
-    task: &Task<'_>,
-    fit: &LinearFit,
+    task: &LinearTask<'_>,
+    fit: &ModalFit,
     mode: usize,
     sensors: &[Sensor],
     records: usize,

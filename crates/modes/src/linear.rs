@@ -9,7 +9,7 @@
 use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 
 use super::limits::{DIFFERENCES, MAX_POLE_CHANGE, POLE_GAIN, POOL_RIDGE, RIDGE};
-use super::measurement::{Quantity, Sensor, Series};
+use super::measurement::{Quantity, Sensor, SensorSeries};
 use super::pole::{self, Pole};
 use sindyscope_core::study::Cancel;
 
@@ -22,15 +22,15 @@ pub(crate) struct ForceSeries {
 
 /// Sensors that show the same quantity.
 #[derive(Clone, Debug)]
-struct Group {
+struct PoleGroup {
     quantity: Quantity,
     sensors: Vec<usize>,
 }
 
 /// Records with what drives them, ready for any poles.
-pub(crate) struct Task<'a> {
-    series: &'a [Series],
-    groups: Vec<Group>,
+pub(crate) struct LinearTask<'a> {
+    series: &'a [SensorSeries],
+    groups: Vec<PoleGroup>,
     /// `padded[record][input]`
     padded: Vec<Vec<Vec<f64>>>,
     force: Option<&'a ForceSeries>,
@@ -53,7 +53,7 @@ struct GroupFit {
 }
 
 /// Poles with all amplitudes.
-pub(crate) struct LinearFit {
+pub(crate) struct ModalFit {
     pub(crate) poles: Vec<Pole>,
     groups: Vec<GroupFit>,
     /// Sum of the squared residuals of all sensors.
@@ -62,13 +62,13 @@ pub(crate) struct LinearFit {
 }
 
 /// First and second derivatives of half the sum of squares by the poles' logarithms (frequency, then damping of each).
-struct Slopes {
+struct PoleSlopes {
     normal: DMatrix<f64>,
     gradient: DMatrix<f64>,
 }
 
 /// Poles that may join a fit, with their columns.
-pub(crate) struct Pool {
+pub(crate) struct PolePool {
     pub(crate) poles: Vec<Pole>,
     /// `columns[group][record]`: those for inputs and forces, then the free oscillations.
     columns: Vec<Vec<DMatrix<f64>>>,
@@ -79,13 +79,18 @@ fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     a.transpose() * b
 }
 
-impl<'a> Task<'a> {
-    pub(crate) fn new(series: &'a [Series], sensors: &[Sensor], force: Option<&'a ForceSeries>, stride: usize) -> Self {
-        let mut groups: Vec<Group> = Vec::new();
+impl<'a> LinearTask<'a> {
+    pub(crate) fn new(
+        series: &'a [SensorSeries],
+        sensors: &[Sensor],
+        force: Option<&'a ForceSeries>,
+        stride: usize,
+    ) -> Self {
+        let mut groups: Vec<PoleGroup> = Vec::new();
         for (k, sensor) in sensors.iter().enumerate() {
             match groups.iter_mut().find(|g| g.quantity == sensor.quantity) {
                 Some(group) => group.sensors.push(k),
-                None => groups.push(Group { quantity: sensor.quantity, sensors: vec![k] }),
+                None => groups.push(PoleGroup { quantity: sensor.quantity, sensors: vec![k] }),
             }
         }
         let padded = series.iter().map(|s| s.inputs.iter().map(|u| pole::padded(u)).collect()).collect();
@@ -166,21 +171,21 @@ impl<'a> Task<'a> {
         if column < shared { column } else { column + record * self.local(modes) }
     }
 
-    fn targets(&self, group: &Group, record: usize) -> DMatrix<f64> {
+    fn targets(&self, group: &PoleGroup, record: usize) -> DMatrix<f64> {
         let outputs = &self.series[record].outputs;
         DMatrix::from_fn(self.rows(record), group.sensors.len(), |row, k| outputs[group.sensors[k]][row * self.stride])
     }
 
     /// The least-squares amplitudes of poles.
-    pub(crate) fn fit(&self, poles: &[Pole]) -> Option<LinearFit> {
+    pub(crate) fn fit(&self, poles: &[Pole]) -> Option<ModalFit> {
         let groups: Option<Vec<GroupFit>> = self.groups.iter().map(|g| self.fit_group(g, poles)).collect();
         let groups = groups?;
         let squares = groups.iter().flat_map(|g| &g.residuals).map(DMatrix::norm_squared).sum::<f64>();
         let samples = groups.iter().flat_map(|g| &g.residuals).map(DMatrix::len).sum();
-        squares.is_finite().then(|| LinearFit { poles: poles.to_vec(), groups, squares, samples })
+        squares.is_finite().then(|| ModalFit { poles: poles.to_vec(), groups, squares, samples })
     }
 
-    fn fit_group(&self, group: &Group, poles: &[Pole]) -> Option<GroupFit> {
+    fn fit_group(&self, group: &PoleGroup, poles: &[Pole]) -> Option<GroupFit> {
         let m = poles.len();
         let columns = self.columns(poles, group.quantity);
         let count = m * self.drives() + self.series.len() * self.local(m);
@@ -232,17 +237,17 @@ impl<'a> Task<'a> {
     }
 
     /// The columns of poles that may join a fit, made once.
-    pub(crate) fn pool(&self, poles: &[Pole]) -> Pool {
-        let columns = |group: &Group| {
+    pub(crate) fn pool(&self, poles: &[Pole]) -> PolePool {
+        let columns = |group: &PoleGroup| {
             let mut all = self.columns(poles, group.quantity);
             all.iter_mut().for_each(|m| *m = m.columns(0, m.ncols() - 1).into_owned());
             all
         };
-        Pool { poles: poles.to_vec(), columns: self.groups.iter().map(columns).collect() }
+        PolePool { poles: poles.to_vec(), columns: self.groups.iter().map(columns).collect() }
     }
 
     /// How much each pole of a pool would take off the sum of squares.
-    pub(crate) fn gains(&self, fit: &LinearFit, pool: &Pool) -> Vec<f64> {
+    pub(crate) fn gains(&self, fit: &ModalFit, pool: &PolePool) -> Vec<f64> {
         let (m, drives, records, count) = (fit.poles.len(), self.drives(), self.series.len(), pool.poles.len());
         let mut totals = vec![0.0; count];
         for ((group, known), columns) in self.groups.iter().zip(&fit.groups).zip(&pool.columns) {
@@ -295,7 +300,7 @@ impl<'a> Task<'a> {
         totals
     }
 
-    fn slopes(&self, fit: &LinearFit) -> Option<Slopes> {
+    fn slopes(&self, fit: &ModalFit) -> Option<PoleSlopes> {
         let (m, drives, records) = (fit.poles.len(), self.drives(), self.series.len());
         let mut states = Vec::new();
         let mut normal = DMatrix::zeros(2 * m, 2 * m);
@@ -344,18 +349,18 @@ impl<'a> Task<'a> {
                 normal -= cross.tr_mul(&known.factor.solve(&cross));
             }
         }
-        Some(Slopes { normal, gradient })
+        Some(PoleSlopes { normal, gradient })
     }
 
     /// Poles refined from these, at most so many steps of Levenberg and Marquardt.
-    pub(crate) fn refine(&self, poles: &[Pole], steps: usize, cancel: &Cancel) -> Option<LinearFit> {
+    pub(crate) fn refine(&self, poles: &[Pole], steps: usize, cancel: &Cancel) -> Option<ModalFit> {
         let mut fit = self.fit(poles)?;
         let mut damping = 1e-3;
         for _ in 0..steps {
             if cancel.is_cancelled() {
                 return None;
             }
-            let Slopes { normal, gradient } = self.slopes(&fit)?;
+            let PoleSlopes { normal, gradient } = self.slopes(&fit)?;
             let mut better = None;
             for _ in 0..6 {
                 let mut damped = normal.clone();
@@ -389,7 +394,7 @@ impl<'a> Task<'a> {
 
     /// What shared amplitudes of another fit leave on these records, whose free oscillations and offsets alone are fitted:
     /// `residuals[record][sensor][sample]`.
-    pub(crate) fn unseen(&self, fit: &LinearFit) -> Option<Vec<Vec<Vec<f64>>>> {
+    pub(crate) fn unseen(&self, fit: &ModalFit) -> Option<Vec<Vec<Vec<f64>>>> {
         let (m, drives) = (fit.poles.len(), self.drives());
         let mut all: Vec<Vec<Vec<f64>>> = self.series.iter().map(|_| vec![Vec::new(); self.sensors]).collect();
         for (group, known) in self.groups.iter().zip(&fit.groups) {
@@ -424,12 +429,12 @@ impl<'a> Task<'a> {
 
     /// Amplitude of a mode in a sensor for an input or the force, in units of the displacement that a static force
     /// would make: `q` times ω².
-    pub(crate) fn amplitude(&self, fit: &LinearFit, sensor: usize, mode: usize, drive: usize) -> f64 {
+    pub(crate) fn amplitude(&self, fit: &ModalFit, sensor: usize, mode: usize, drive: usize) -> f64 {
         self.with(fit, sensor, |known, column| known.amplitudes[(mode * self.drives() + drive, column)])
     }
 
     /// Its variance for a residual of unit variance.
-    pub(crate) fn amplitude_variance(&self, fit: &LinearFit, sensor: usize, mode: usize, drive: usize) -> f64 {
+    pub(crate) fn amplitude_variance(&self, fit: &ModalFit, sensor: usize, mode: usize, drive: usize) -> f64 {
         let at = mode * self.drives() + drive;
         self.with(fit, sensor, |known, _| {
             let mut unit = DMatrix::zeros(known.norms.len(), 1);
@@ -439,14 +444,14 @@ impl<'a> Task<'a> {
     }
 
     /// The free oscillation of a mode in a sensor on one record: amplitudes of the real and the imaginary part of `e^{λt}`.
-    pub(crate) fn free(&self, fit: &LinearFit, sensor: usize, mode: usize, record: usize) -> [f64; 2] {
+    pub(crate) fn free(&self, fit: &ModalFit, sensor: usize, mode: usize, record: usize) -> [f64; 2] {
         let m = fit.poles.len();
         let at = self.place(m * self.drives() + 2 * mode, record, m);
         self.with(fit, sensor, |known, column| [known.amplitudes[(at, column)], known.amplitudes[(at + 1, column)]])
     }
 
     /// Least standard error over the records of a free oscillation's amplitudes, for a residual of this variance.
-    pub(crate) fn free_deviation(&self, fit: &LinearFit, sensor: usize, mode: usize, variance: f64) -> f64 {
+    pub(crate) fn free_deviation(&self, fit: &ModalFit, sensor: usize, mode: usize, variance: f64) -> f64 {
         let m = fit.poles.len();
         let of = |record: usize| {
             let at = self.place(m * self.drives() + 2 * mode, record, m);
@@ -460,18 +465,18 @@ impl<'a> Task<'a> {
     }
 
     /// The offset of a sensor on one record.
-    pub(crate) fn offset(&self, fit: &LinearFit, sensor: usize, record: usize) -> f64 {
+    pub(crate) fn offset(&self, fit: &ModalFit, sensor: usize, record: usize) -> f64 {
         let m = fit.poles.len();
         let at = self.place(m * self.drives() + 2 * m, record, m);
         self.with(fit, sensor, |known, column| known.amplitudes[(at, column)])
     }
 
     /// What is left of one sensor on one record.
-    pub(crate) fn residual(&self, fit: &LinearFit, sensor: usize, record: usize) -> Vec<f64> {
+    pub(crate) fn residual(&self, fit: &ModalFit, sensor: usize, record: usize) -> Vec<f64> {
         self.with(fit, sensor, |known, column| known.residuals[record].column(column).iter().copied().collect())
     }
 
-    fn with<T>(&self, fit: &LinearFit, sensor: usize, of: impl FnOnce(&GroupFit, usize) -> T) -> T {
+    fn with<T>(&self, fit: &ModalFit, sensor: usize, of: impl FnOnce(&GroupFit, usize) -> T) -> T {
         let found =
             self.groups.iter().zip(&fit.groups).find_map(|(group, known)| {
                 group.sensors.iter().position(|s| *s == sensor).map(|column| (known, column))
@@ -481,7 +486,7 @@ impl<'a> Task<'a> {
     }
 
     /// The covariance of the poles' logarithms for a residual of unit variance; zero for a damping at its bound.
-    pub(crate) fn pole_covariance(&self, fit: &LinearFit) -> Option<DMatrix<f64>> {
+    pub(crate) fn pole_covariance(&self, fit: &ModalFit) -> Option<DMatrix<f64>> {
         let normal = self.slopes(fit)?.normal;
         let size = normal.nrows();
         let bound = |k: usize| k % 2 == 1 && !fit.poles[k / 2].is_free();

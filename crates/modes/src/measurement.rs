@@ -65,7 +65,7 @@ pub struct Input {
 
 /// One record's series, divided by the scales.
 #[derive(Clone, Debug)]
-pub(crate) struct Series {
+pub(crate) struct SensorSeries {
     pub(crate) name: String,
     pub(crate) interval: f64,
     /// `inputs[input][sample]`
@@ -74,7 +74,7 @@ pub(crate) struct Series {
     pub(crate) outputs: Vec<Vec<f64>>,
 }
 
-impl Series {
+impl SensorSeries {
     pub(crate) fn len(&self) -> usize {
         self.outputs.first().map_or(0, Vec::len)
     }
@@ -96,8 +96,8 @@ impl Series {
 pub(crate) struct Measurement {
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) inputs: Vec<Input>,
-    pub(crate) fitted: Vec<Series>,
-    pub(crate) held_out: Vec<Series>,
+    pub(crate) fitted: Vec<SensorSeries>,
+    pub(crate) held_out: Vec<SensorSeries>,
 }
 
 impl Measurement {
@@ -157,11 +157,11 @@ impl Measurement {
                 driving.push((*role, Input { name, unit, scale }));
             }
         }
-        let series = |record: &Record| -> Result<Series, ModesError> {
+        let series = |record: &Record| -> Result<SensorSeries, ModesError> {
             let divided = |role: Role, scale: f64| -> Result<Vec<f64>, ModesError> {
                 Ok(measured(record, role)?.values.iter().map(|v| v / scale).collect())
             };
-            Ok(Series {
+            Ok(SensorSeries {
                 name: record.name.clone(),
                 interval: record.interval,
                 inputs: driving.iter().map(|(role, i)| divided(*role, i.scale)).collect::<Result<_, _>>()?,

@@ -26,7 +26,7 @@ pub(crate) struct Band {
 
 /// The motion across a place, `PARTS` instants a sampling interval, the last sample the last instant.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct PlaceMotion {
     pub(crate) displacement: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
 }
@@ -40,7 +40,7 @@ pub(crate) fn reconstructed(
     quantity: Quantity,
     band: Band,
     (slowest, noise): (f64, f64),
-) -> Motion {
+) -> PlaceMotion {
     let n = series.len();
     let wanted = (PAD_SHARE * n as f64).max(PAD_PERIODS / (slowest * interval));
     let pad = (wanted as usize).clamp(8, n - 1);
@@ -71,7 +71,7 @@ pub(crate) fn reconstructed(
     let inverse = planner.plan_fft_inverse(length * PARTS);
     let mut lines = forward.make_output_vec();
     if forward.process(&mut time, &mut lines).is_err() {
-        return Motion { displacement: vec![0.0; n * PARTS], velocity: vec![0.0; n * PARTS] };
+        return PlaceMotion { displacement: vec![0.0; n * PARTS], velocity: vec![0.0; n * PARTS] };
     }
     let powers: Vec<f64> = lines.iter().map(|l| l.norm_sqr()).collect();
     let shares: Vec<f64> = (0..powers.len())
@@ -105,7 +105,7 @@ pub(crate) fn reconstructed(
         let _ = inverse.process(&mut fine, &mut out);
         out[pad * PARTS..=(pad + n - 1) * PARTS].to_vec()
     };
-    Motion { displacement: draw(0), velocity: draw(1) }
+    PlaceMotion { displacement: draw(0), velocity: draw(1) }
 }
 
 fn smooth(mut n: usize) -> bool {

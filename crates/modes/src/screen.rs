@@ -9,9 +9,9 @@ use super::limits::{
     BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_YIELD, NEAR_PLACE,
     SCREEN_ROWS, SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
 };
-use super::linear::{ForceSeries, LinearFit, Task};
-use super::measurement::{Measurement, Quantity, Series};
-use super::motion::{Band, Motion, PARTS, reconstructed};
+use super::linear::{ForceSeries, LinearTask, ModalFit};
+use super::measurement::{Measurement, Quantity, SensorSeries};
+use super::motion::{Band, PARTS, PlaceMotion, reconstructed};
 use super::pole::Pole;
 use super::subspace::distinct;
 use sindyscope_core::parallel::prelude::*;
@@ -29,7 +29,7 @@ pub(crate) enum SiteKind {
 
 /// A force where and how it was screened.
 #[derive(Clone)]
-pub(crate) struct Candidate {
+pub(crate) struct ForceCandidate {
     pub(crate) effect: Effect,
     pub(crate) site: Site,
     /// What is inside the force: see [`Effect`].
@@ -49,8 +49,8 @@ pub(crate) struct Candidate {
 /// Motions across a site along all records.
 struct SiteMotion {
     site: Site,
-    fitted: Vec<Motion>,
-    unseen: Vec<Motion>,
+    fitted: Vec<PlaceMotion>,
+    unseen: Vec<PlaceMotion>,
 }
 
 /// What is needed to screen.
@@ -110,15 +110,15 @@ impl Screen<'_> {
 
     fn motions(&self, reach: SiteKind, corner: f64) -> Vec<SiteMotion> {
         let (slowest, fastest) = self.band();
-        let of = |series: &Series, site: Site| -> Option<Motion> {
+        let of = |series: &SensorSeries, site: Site| -> Option<PlaceMotion> {
             let weights = Self::across(self.measurement, site)?;
-            let mut sum: Option<Motion> = None;
+            let mut sum: Option<PlaceMotion> = None;
             for (k, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                 let quantity = self.measurement.sensors[k].quantity;
                 let low = if quantity == Quantity::Displacement { 0.0 } else { corner * slowest };
                 let band = Band { low, high: BAND_END * fastest };
                 let own = reconstructed(&series.outputs[k], series.interval, quantity, band, (slowest, self.noises[k]));
-                let total = sum.get_or_insert_with(|| Motion {
+                let total = sum.get_or_insert_with(|| PlaceMotion {
                     displacement: vec![0.0; own.displacement.len()],
                     velocity: vec![0.0; own.velocity.len()],
                 });
@@ -127,7 +127,7 @@ impl Screen<'_> {
             }
             sum
         };
-        let all = |series: &[Series], site: Site| series.iter().map(|s| of(s, site)).collect::<Option<Vec<_>>>();
+        let all = |series: &[SensorSeries], site: Site| series.iter().map(|s| of(s, site)).collect::<Option<Vec<_>>>();
         let sites = self.sites(reach);
         let found = sites.into_par_iter().map(|site| {
             Some(SiteMotion { site, fitted: all(&self.split.fitted, site)?, unseen: all(&self.split.unseen, site)? })
@@ -136,7 +136,12 @@ impl Screen<'_> {
     }
 
     /// All candidates, the best first; `report` hears the share that is done.
-    pub(crate) fn candidates(&self, reach: SiteKind, report: &(dyn Fn(f64) + Sync), cancel: &Cancel) -> Vec<Candidate> {
+    pub(crate) fn candidates(
+        &self,
+        reach: SiteKind,
+        report: &(dyn Fn(f64) + Sync),
+        cancel: &Cancel,
+    ) -> Vec<ForceCandidate> {
         let measured = self.measurement.sensors.iter().all(|s| s.quantity == Quantity::Displacement);
         let corners = if measured { &CORNERS[..1] } else { &CORNERS[..] };
         let motions: Vec<SiteMotion> = corners.iter().flat_map(|c| self.motions(reach, *c)).collect();
@@ -153,8 +158,8 @@ impl Screen<'_> {
                 tasks.extend(rough(motion, effect).into_iter().map(|g| (k, effect, g)));
             }
         }
-        let run = |tasks: Vec<(usize, Effect, [f64; 2])>| -> Vec<Candidate> {
-            let all: Vec<Option<Candidate>> = tasks
+        let run = |tasks: Vec<(usize, Effect, [f64; 2])>| -> Vec<ForceCandidate> {
+            let all: Vec<Option<ForceCandidate>> = tasks
                 .into_par_iter()
                 .map(
                     |(k, effect, g)| {
@@ -192,9 +197,16 @@ impl Screen<'_> {
         self.split.fitted.iter().map(|s| s.interval).fold(0.0, f64::max)
     }
 
-    fn candidate(&self, motion: &SiteMotion, effect: Effect, inner: [f64; 2], cancel: &Cancel) -> Option<Candidate> {
-        let argument = |m: &Motion| if effect.is_of_velocity() { m.velocity.clone() } else { m.displacement.clone() };
-        let force = |m: &Motion| -> Vec<f64> { effect.along(&argument(m), inner) };
+    fn candidate(
+        &self,
+        motion: &SiteMotion,
+        effect: Effect,
+        inner: [f64; 2],
+        cancel: &Cancel,
+    ) -> Option<ForceCandidate> {
+        let argument =
+            |m: &PlaceMotion| if effect.is_of_velocity() { m.velocity.clone() } else { m.displacement.clone() };
+        let force = |m: &PlaceMotion| -> Vec<f64> { effect.along(&argument(m), inner) };
         let mut fitted = ForceSeries { parts: PARTS, values: motion.fitted.iter().map(force).collect() };
         let mut unseen = ForceSeries { parts: PARTS, values: motion.unseen.iter().map(force).collect() };
         let unit = fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
@@ -205,7 +217,7 @@ impl Screen<'_> {
             values.iter_mut().for_each(|f| *f /= unit);
         }
         let motion_site = motion.site;
-        let mut candidate = Candidate {
+        let mut candidate = ForceCandidate {
             effect,
             site: motion_site,
             inner,
@@ -240,13 +252,13 @@ impl Screen<'_> {
         steps: usize,
         cancel: &Cancel,
         last: bool,
-    ) -> Option<Vec<(LinearFit, f64)>> {
+    ) -> Option<Vec<(ModalFit, f64)>> {
         let sensors = &self.measurement.sensors;
-        let rows: usize = self.split.fitted.iter().map(Series::len).sum();
+        let rows: usize = self.split.fitted.iter().map(SensorSeries::len).sum();
         let stride = if last { rows.div_ceil(SCREEN_ROWS) } else { 1 };
-        let coarse = Task::new(&self.split.fitted, sensors, Some(fitted), rows.div_ceil(SCREEN_ROWS));
-        let task = Task::new(&self.split.fitted, sensors, Some(fitted), stride);
-        let judge = Task::new(&self.split.unseen, sensors, Some(unseen), stride);
+        let coarse = LinearTask::new(&self.split.fitted, sensors, Some(fitted), rows.div_ceil(SCREEN_ROWS));
+        let task = LinearTask::new(&self.split.fitted, sensors, Some(fitted), stride);
+        let judge = LinearTask::new(&self.split.unseen, sensors, Some(unseen), stride);
         let found = pool(&self.split.fitted, Some(fitted), &FORCE_POLE_RATES);
         let pool = coarse.pool(&distinct(known.iter().copied().chain(found), 0.006, 0.5));
         let mut poles: Vec<Pole> = Vec::new();
@@ -273,9 +285,9 @@ impl Screen<'_> {
     }
 
     /// What a linear model with a force as a further input leaves.
-    pub(crate) fn left(&self, fitted: &ForceSeries, unseen: &ForceSeries, fit: &LinearFit) -> Option<Residuals> {
-        let task = Task::new(&self.split.fitted, &self.measurement.sensors, Some(fitted), 1);
-        let judge = Task::new(&self.split.unseen, &self.measurement.sensors, Some(unseen), 1);
+    pub(crate) fn left(&self, fitted: &ForceSeries, unseen: &ForceSeries, fit: &ModalFit) -> Option<Residuals> {
+        let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(fitted), 1);
+        let judge = LinearTask::new(&self.split.unseen, &self.measurement.sensors, Some(unseen), 1);
         let own = task.fit(&fit.poles)?;
         let drives = self.measurement.inputs.len() + 1;
         Some(Residuals {
@@ -287,7 +299,7 @@ impl Screen<'_> {
 }
 
 /// The band that holds the power of all inputs, Hz; none without inputs.
-pub(crate) fn driven_band(series: &[Series]) -> Option<(f64, f64)> {
+pub(crate) fn driven_band(series: &[SensorSeries]) -> Option<(f64, f64)> {
     let each = series.iter().flat_map(|s| s.inputs.iter().filter_map(|u| band_of(u, s.interval)));
     each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
@@ -310,7 +322,7 @@ fn band_of(input: &[f64], interval: f64) -> Option<(f64, f64)> {
     None
 }
 
-fn sort(candidates: &mut [Candidate]) {
+fn sort(candidates: &mut [ForceCandidate]) {
     candidates.sort_by(|a, b| a.error.total_cmp(&b.error));
 }
 

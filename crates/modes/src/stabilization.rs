@@ -10,10 +10,10 @@ use super::limits::{
     DIAGRAM_ORDERS, OF_MODE, OF_MODE_ASSURANCE, POLE_RATES, SPECTRUM_SAMPLES, SPECTRUM_SEGMENTS, SPURIOUS_COLLINEARITY,
     SPURIOUS_DAMPING, SPURIOUS_DEVIATION, STABLE_DAMPING, STABLE_FREQUENCY, STABLE_SHAPE,
 };
-use super::measurement::{Measurement, Sensor, Series};
+use super::measurement::{Measurement, Sensor, SensorSeries};
 use super::pole::Pole;
 use super::shape::{assurance, phase_collinearity, phase_deviation};
-use super::subspace::{Channels, StateSpace};
+use super::subspace::{Channels, SubspaceModel};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::Mode;
@@ -134,7 +134,7 @@ fn normalised(shape: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     }
 }
 
-fn channels(series: &Series) -> Channels {
+fn channels(series: &SensorSeries) -> Channels {
     Channels { interval: series.interval, drives: series.inputs.clone(), outputs: series.outputs.clone() }
 }
 
@@ -145,7 +145,7 @@ fn proposed(
     (by, rows): (usize, usize),
     cancel: &Cancel,
 ) -> Vec<ProposedPole> {
-    let Some(space) = StateSpace::new(records, by, rows) else { return Vec::new() };
+    let Some(space) = SubspaceModel::new(records, by, rows) else { return Vec::new() };
     let mut all: Vec<ProposedPole> = Vec::new();
     let mut below: Vec<ProposedPole> = Vec::new();
     for order in DIAGRAM_ORDERS.step_by(2) {
@@ -203,7 +203,7 @@ fn stability(pole: &ProposedPole, below: &[ProposedPole]) -> Stability {
 
 /// Frequencies, and the singular values of the averaged spectral matrix of all sensors at each: by Hann-windowed segments that
 /// overlap by half (P. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).
-fn spectra(series: &[Series]) -> (Vec<f64>, Vec<Vec<f64>>) {
+fn spectra(series: &[SensorSeries]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let Some(longest) = series.iter().max_by_key(|s| s.len()) else { return Default::default() };
     let wanted = (2 * longest.len() / (SPECTRUM_SEGMENTS + 1)).min(SPECTRUM_SAMPLES);
     let length = (wanted / 2 * 2).max(16);

@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::closed::{ClosedModel, Course};
-use super::linear::{LinearFit, Task};
+use super::linear::{LinearTask, ModalFit};
 use super::measurement::{Measurement, Sensor};
 use super::pole::Pole;
 
@@ -34,8 +34,8 @@ impl RecordStart {
     /// weighed by their scales.
     pub(crate) fn linear(
         measurement: &Measurement,
-        task: &Task<'_>,
-        fit: &LinearFit,
+        task: &LinearTask<'_>,
+        fit: &ModalFit,
         (order, shapes): (&[usize], &[Vec<Complex<f64>>]),
     ) -> Vec<Self> {
         let sensors = &measurement.sensors;
@@ -78,8 +78,8 @@ impl RecordStart {
 
 /// The state `Z` of a mode of which a sensor shows `Im(λᵈ φ Z)/Im λ`, nearest to what the free oscillations of one record are.
 fn free_state(
-    task: &Task<'_>,
-    fit: &LinearFit,
+    task: &LinearTask<'_>,
+    fit: &ModalFit,
     (mode, record): (usize, usize),
     sensors: &[Sensor],
     shape: &[Complex<f64>],

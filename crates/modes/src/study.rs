@@ -4,7 +4,7 @@ use super::error::ModesError;
 use super::identify::{Linear, PathRequest, Split, linear, path};
 use super::judge::Residuals;
 use super::limits::BAND_MARGIN;
-use super::measurement::{Measurement, Series};
+use super::measurement::{Measurement, SensorSeries};
 use super::outcome::{RecordFit, Structure};
 use super::screen::driven_band;
 use super::start::RecordStart;
@@ -51,7 +51,7 @@ pub(crate) fn in_band(measurement: &Measurement, modes: &[Mode]) -> Vec<bool> {
 
 /// Standard deviation of the first sensor's noise, in its unit.
 pub(crate) fn noise_floor(measurement: &Measurement) -> Option<f64> {
-    let of = |s: &Series| standard_deviation(&s.outputs[0]);
+    let of = |s: &SensorSeries| standard_deviation(&s.outputs[0]);
     let mut all: Vec<f64> = measurement.fitted.iter().filter_map(of).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).map(|noise| noise * measurement.sensors[0].scale)
@@ -65,7 +65,7 @@ pub(crate) fn record_fits(
     residuals: &Residuals,
     starts: &[RecordStart],
 ) -> Vec<RecordFit> {
-    let of = |usage: Usage, series: &Series, left: &Vec<Vec<f64>>, start: Option<RecordStart>| RecordFit {
+    let of = |usage: Usage, series: &SensorSeries, left: &Vec<Vec<f64>>, start: Option<RecordStart>| RecordFit {
         name: series.name.clone(),
         usage,
         samples: series.len(),

@@ -57,7 +57,7 @@ fn thinned(series: &[f64], by: usize) -> Vec<f64> {
 /// The poles of every order, of records thinned `by` so many samples; `block_rows` is the number of samples that past and
 /// future reach. Records that are too short for that count for nothing.
 pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<Pole> {
-    let Some(space) = StateSpace::new(records, by, block_rows) else { return Vec::new() };
+    let Some(space) = SubspaceModel::new(records, by, block_rows) else { return Vec::new() };
     let of_order = |states: usize| -> Vec<Pole> {
         let Some(model) = space.of_order(states) else { return Vec::new() };
         let allowed = |p: &Pole| p.damping > POOL_DAMPING.0 && p.damping < POOL_DAMPING.1;
@@ -68,7 +68,7 @@ pub(crate) fn poles(records: &[Channels], by: usize, block_rows: usize) -> Vec<P
 }
 
 /// What the past tells of the future, from which models of every order follow.
-pub(crate) struct StateSpace {
+pub(crate) struct SubspaceModel {
     /// Directions of the observability matrix, the strongest first.
     directions: DMatrix<f64>,
     outputs: usize,
@@ -82,7 +82,7 @@ pub(crate) struct OrderModel {
     output: DMatrix<f64>,
 }
 
-impl StateSpace {
+impl SubspaceModel {
     /// Of records thinned `by` so many samples; none where they are too short for so many block rows.
     pub(crate) fn new(records: &[Channels], by: usize, block_rows: usize) -> Option<Self> {
         let first = records.first()?;

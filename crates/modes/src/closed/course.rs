@@ -1,6 +1,6 @@
 //! How records are run through: in segments, and how these are held together.
 
-use super::super::measurement::{Sensor, Series};
+use super::super::measurement::{Sensor, SensorSeries};
 use super::Simulated;
 
 /// A stretch of a record that is simulated from a state of its own.
@@ -13,8 +13,8 @@ pub(crate) struct Segment {
 
 impl Segment {
     /// Every record as one, or its first share.
-    pub(crate) fn whole(series: &[Series], share: f64) -> Vec<Self> {
-        let of = |(record, s): (usize, &Series)| {
+    pub(crate) fn whole(series: &[SensorSeries], share: f64) -> Vec<Self> {
+        let of = |(record, s): (usize, &SensorSeries)| {
             let length = ((s.len() as f64 * share) as usize).clamp(2, s.len());
             Self { record, start: 0, length }
         };
@@ -26,7 +26,7 @@ impl Segment {
 #[derive(Clone, Copy)]
 pub(crate) struct Loop<'a> {
     pub(crate) sensors: &'a [Sensor],
-    pub(crate) series: &'a [Series],
+    pub(crate) series: &'a [SensorSeries],
     pub(crate) segments: &'a [Segment],
     /// `offsets[record][sensor]`
     pub(crate) offsets: &'a [Vec<f64>],
@@ -48,7 +48,7 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    pub(crate) fn along<'a>(&'a self, sensors: &'a [Sensor], series: &'a [Series], parts: usize) -> Loop<'a> {
+    pub(crate) fn along<'a>(&'a self, sensors: &'a [Sensor], series: &'a [SensorSeries], parts: usize) -> Loop<'a> {
         let joint = (!self.weights.is_empty()).then_some(Joint { weights: &self.weights, rest: self.rest });
         Loop { sensors, series, segments: &self.segments, offsets: &self.offsets, parts, joint }
     }

@@ -3,30 +3,30 @@
 use nalgebra::Complex;
 
 use super::super::limits::DIFFERENCES;
-use super::super::measurement::Series;
+use super::super::measurement::SensorSeries;
 use super::super::pole::{self, Pole};
 use super::{ClosedModel, Segment};
 
 /// What all segments of a record share while poles and drives stay: computed once for a simulation.
 pub(super) struct Propagation {
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<DriveStep>,
     /// Of each mode as it is, then faster and then more damped by [`DIFFERENCES`]; these where derivatives are asked for.
-    filters: Vec<Vec<Filter>>,
+    filters: Vec<Vec<DriveFilter>>,
     /// `padded[input]`
     padded: Vec<Vec<f64>>,
     parts: usize,
 }
 
 /// How an input drives a state over each part of a sampling interval.
-struct Filter {
+struct DriveFilter {
     decay: Complex<f64>,
     weights: Vec<[Complex<f64>; pole::POINTS]>,
 }
 
 impl Propagation {
-    pub(super) fn new(poles: &[Pole], series: &Series, parts: usize, with_derivatives: bool) -> Self {
+    pub(super) fn new(poles: &[Pole], series: &SensorSeries, parts: usize, with_derivatives: bool) -> Self {
         let step = series.interval / parts as f64;
-        let filter = |pole: Pole| Filter {
+        let filter = |pole: Pole| DriveFilter {
             decay: (pole.eigenvalue() * step).exp(),
             weights: pole::input_weights(pole.eigenvalue(), series.interval, parts),
         };
@@ -39,7 +39,7 @@ impl Propagation {
             all
         };
         Self {
-            steps: poles.iter().map(|p| Step::new(*p, step)).collect(),
+            steps: poles.iter().map(|p| DriveStep::new(*p, step)).collect(),
             filters: poles.iter().map(of).collect(),
             padded: series.inputs.iter().map(|u| pole::padded(u)).collect(),
             parts,
@@ -88,7 +88,7 @@ impl Driven {
 /// Tells the states of several filters at each instant along a padded input, side by side: one recursion alone waits for its last
 /// sum.
 fn each<const N: usize>(
-    filters: [&Filter; N],
+    filters: [&DriveFilter; N],
     padded: &[f64],
     instants: usize,
     mut tell: impl FnMut(usize, &[Complex<f64>; N]),
@@ -111,7 +111,7 @@ fn each<const N: usize>(
 
 /// What a mode has of constants for a step.
 #[derive(Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct DriveStep {
     pub(super) decay: Complex<f64>,
     /// What a constant force of one adds to the state in a step.
     pub(super) weight: Complex<f64>,
@@ -125,7 +125,7 @@ pub(super) struct Step {
     pub(super) shows_by: [[Complex<f64>; 3]; 2],
 }
 
-impl Step {
+impl DriveStep {
     pub(super) fn new(pole: Pole, step: f64) -> Self {
         let lambda = pole.eigenvalue();
         let beat = lambda.im;

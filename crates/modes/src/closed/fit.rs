@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::super::limits::STRAY_STRETCH;
 use super::driven::{Driven, Propagation};
-use super::{ClosedModel, Free, Known, Loop, Segment, Simulated, State};
+use super::{ClosedModel, Free, InitialState, KnownPart, Loop, Segment, Simulated};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
 
@@ -23,7 +23,7 @@ impl ClosedModel {
         }
         let propagation = self.propagation(of, false);
         let driven = self.driven(of.segments, &propagation);
-        let known = Known { propagation: &propagation, driven: Some(&driven) };
+        let known = KnownPart { propagation: &propagation, driven: Some(&driven) };
         self.fitted_along(of, free, (steps, gain), Some(known), cancel)
     }
 
@@ -38,7 +38,7 @@ impl ClosedModel {
         of: Loop<'_>,
         free: Free,
         (steps, gain): (usize, f64),
-        known: Option<Known<'_>>,
+        known: Option<KnownPart<'_>>,
         cancel: &Cancel,
     ) -> Option<(Self, Simulated)> {
         let mut model = self.clone();
@@ -80,8 +80,8 @@ impl ClosedModel {
         let count = of.segments.len().min(self.initial.len());
         let propagation = self.propagation(of, false);
         let driven = self.driven(of.segments, &propagation);
-        let known = |k: usize| Known { propagation: &propagation, driven: Some(&driven[k..=k]) };
-        let fitted = |k: usize, state: &State| -> Option<(State, f64)> {
+        let known = |k: usize| KnownPart { propagation: &propagation, driven: Some(&driven[k..=k]) };
+        let fitted = |k: usize, state: &InitialState| -> Option<(InitialState, f64)> {
             let own = Self { initial: vec![state.clone()], ..self.clone() };
             let of = Loop { segments: &of.segments[k..=k], joint: None, ..of };
             let (model, left) = own.fitted_along(of, Free::Initial, (steps, gain), Some(known(k)), cancel)?;
@@ -125,7 +125,7 @@ impl ClosedModel {
         let propagation = self.propagation(of, false);
         let driven = self.driven(of.segments, &propagation);
         for k in 0..of.segments.len() {
-            let known = Known { propagation: &propagation, driven: Some(&driven[k..=k]) };
+            let known = KnownPart { propagation: &propagation, driven: Some(&driven[k..=k]) };
             let along = &propagation[of.segments[k].record];
             let alone = Loop { segments: &of.segments[k..=k], joint: None, ..of };
             let own = Self { initial: vec![new.initial[k].clone()], ..self.clone() };

@@ -19,7 +19,7 @@ use super::force::Effect;
 use super::limits::MAX_CHANGE;
 use super::pole::Pole;
 use driven::{Driven, Propagation};
-use normal::{Block, Change, Local, Normal};
+use normal::{Change, Local, Normal, NormalBlock};
 use sindyscope_core::parallel::prelude::*;
 
 pub(crate) use course::{Course, Joint, Loop, Segment};
@@ -42,19 +42,19 @@ pub(crate) struct ClosedModel {
     /// `shape[mode][sensor]`
     pub(crate) shape: Vec<Vec<f64>>,
     /// The state at each segment's beginning; empty where the records start at rest.
-    pub(crate) initial: Vec<State>,
+    pub(crate) initial: Vec<InitialState>,
 }
 
 /// The state of a structure with its force.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct State {
+pub(crate) struct InitialState {
     /// Of each mode.
     pub(crate) modes: Vec<Complex<f64>>,
     /// The inner state of a force that has a memory, in the unit of the displacement; else zero.
     pub(crate) memory: f64,
 }
 
-impl State {
+impl InitialState {
     pub(crate) fn rest(modes: usize) -> Self {
         Self { modes: vec![Complex::new(0.0, 0.0); modes], memory: 0.0 }
     }
@@ -89,17 +89,17 @@ pub(crate) struct Simulated {
 }
 
 /// A segment's simulation, its sums of the normal equations where they are asked for, and its end.
-type SegmentRun = (Simulated, Option<(Block, Local)>, End);
+type SegmentRun = (Simulated, Option<(NormalBlock, Local)>, End);
 
 /// The states at a segment's last sample, and what parameters change of them: shared ones, then the initial states.
 struct End {
-    states: State,
+    states: InitialState,
     by: Option<DMatrix<f64>>,
 }
 
 /// What stays while poles and drives do.
 #[derive(Clone, Copy)]
-struct Known<'a> {
+struct KnownPart<'a> {
     /// `propagation[record]`
     propagation: &'a [Propagation],
     /// `driven[segment]`, where it is kept.
@@ -176,14 +176,19 @@ impl ClosedModel {
     /// Simulates all segments; with `free`, sums of the normal equations too. None where a response runs away.
     ///
     /// `known` is what stays while poles and drives do; computed where it is not given.
-    fn run(&self, of: Loop<'_>, free: Option<Free>, known: Option<Known<'_>>) -> Option<(Simulated, Option<Normal>)> {
+    fn run(
+        &self,
+        of: Loop<'_>,
+        free: Option<Free>,
+        known: Option<KnownPart<'_>>,
+    ) -> Option<(Simulated, Option<Normal>)> {
         let segments: Vec<usize> = (0..of.segments.len()).collect();
         let own;
-        let Known { propagation, driven } = match known {
+        let KnownPart { propagation, driven } = match known {
             Some(known) => known,
             None => {
                 own = self.propagation(of, free.is_some_and(|f| f != Free::Initial));
-                Known { propagation: &own, driven: None }
+                KnownPart { propagation: &own, driven: None }
             }
         };
         let one = |k: &usize| {
@@ -192,7 +197,7 @@ impl ClosedModel {
         let each: Vec<Option<SegmentRun>> = segments.par_iter().map(one).collect();
         let size = if free == Some(Free::Initial) { 0 } else { self.shared() };
         let mut all = Simulated { squares: 0.0, samples: 0, residuals: Vec::new(), forces: Vec::new() };
-        let mut normal = free.map(|_| Normal { shared: Block::zeros(size), locals: Vec::new() });
+        let mut normal = free.map(|_| Normal { shared: NormalBlock::zeros(size), locals: Vec::new() });
         let mut ends = Vec::new();
         for one in each {
             let (simulated, own, end) = one?;
@@ -218,7 +223,7 @@ impl ClosedModel {
     /// Adds what jumps between segments count.
     fn join(&self, of: Loop<'_>, joint: Joint<'_>, ends: &[End], all: &mut Simulated, mut normal: Option<&mut Normal>) {
         let memory = self.effect.has_memory();
-        let both = |state: &State| state.numbers(memory);
+        let both = |state: &InitialState| state.numbers(memory);
         let of_modes = joint.weights[..self.modes()].iter().flat_map(|w| [*w, *w]);
         let weights: Vec<f64> = of_modes.chain(joint.weights[self.modes()..].iter().copied()).collect();
         let weights = DVector::from_vec(weights);

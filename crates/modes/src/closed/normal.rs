@@ -7,24 +7,24 @@ use super::super::limits::LOOP_RIDGE;
 /// Sums of the normal equations: what segments share, and each one's initial state.
 pub(super) struct Normal {
     /// Empty where the initial states alone are free.
-    pub(super) shared: Block,
+    pub(super) shared: NormalBlock,
     pub(super) locals: Vec<Local>,
 }
 
-pub(super) struct Block {
+pub(super) struct NormalBlock {
     pub(super) matrix: DMatrix<f64>,
     pub(super) gradient: DVector<f64>,
 }
 
 pub(super) struct Local {
-    pub(super) own: Block,
+    pub(super) own: NormalBlock,
     /// Shared parameters by initial states.
     pub(super) cross: DMatrix<f64>,
     /// Initial states by those of the next segment, where it is held to this one.
     pub(super) next: Option<DMatrix<f64>>,
 }
 
-impl Block {
+impl NormalBlock {
     pub(super) fn zeros(size: usize) -> Self {
         Self { matrix: DMatrix::zeros(size, size), gradient: DVector::zeros(size) }
     }

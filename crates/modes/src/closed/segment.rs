@@ -6,9 +6,9 @@ use nalgebra::Complex;
 
 use super::super::force::Pass;
 use super::super::limits::{FORCE_ITERATIONS, FORCE_TOLERANCE, RUNAWAY};
-use super::super::measurement::{Quantity, Series};
-use super::driven::{Driven, Propagation, Step, imaginary};
-use super::{ClosedModel, End, Free, Loop, Segment, SegmentRun, Simulated, State};
+use super::super::measurement::{Quantity, SensorSeries};
+use super::driven::{DriveStep, Driven, Propagation, imaginary};
+use super::{ClosedModel, End, Free, InitialState, Loop, Segment, SegmentRun, Simulated};
 use tangent::Tangent;
 
 /// Most modes of a model; more than the data may choose.
@@ -18,9 +18,9 @@ const MODES: usize = 64;
 struct Course<'a> {
     model: &'a ClosedModel,
     of: Loop<'a>,
-    series: &'a Series,
+    series: &'a SensorSeries,
     segment: Segment,
-    steps: &'a [Step],
+    steps: &'a [DriveStep],
     /// ρ of each mode.
     couplings: Vec<f64>,
     /// σ ρ of each mode, over the force's unit.
@@ -30,11 +30,11 @@ struct Course<'a> {
     /// What a unit of the mean force takes off the motion at the step's end.
     kappa: f64,
     driven: &'a Driven,
-    first: &'a State,
+    first: &'a InitialState,
 }
 
 /// The simulation at one instant.
-struct Motion {
+struct SegmentMotion {
     /// The force's part of the states, now and before the last step.
     forced: Vec<Complex<f64>>,
     before: Vec<Complex<f64>>,
@@ -72,10 +72,10 @@ impl ClosedModel {
                 &own
             }
         };
-        let rest = State::rest(self.modes());
+        let rest = InitialState::rest(self.modes());
         let first = self.initial.get(which).unwrap_or(&rest);
         let course = Course::new(self, of, segment, (along, driven), first);
-        let mut motion = Motion::new(self.modes(), first.memory);
+        let mut motion = SegmentMotion::new(self.modes(), first.memory);
         let mut tangent = free.map(|free| Tangent::new(&course, free));
         let samples = (driven.instants - 1) / of.parts + 1;
         let mut out = Simulated {
@@ -97,7 +97,7 @@ impl ClosedModel {
             course.read(&motion, t, tangent.as_mut(), &mut out)?;
         }
         let by = tangent.as_ref().filter(|_| joined).map(|t| t.end(&course, &motion));
-        let states = State { modes: motion.states, memory: motion.memory };
+        let states = InitialState { modes: motion.states, memory: motion.memory };
         Some((out, tangent.map(Tangent::sums), End { states, by }))
     }
 
@@ -140,7 +140,7 @@ impl<'a> Course<'a> {
         of: Loop<'a>,
         segment: Segment,
         (along, driven): (&'a Propagation, &'a Driven),
-        first: &'a State,
+        first: &'a InitialState,
     ) -> Self {
         let (series, steps) = (&of.series[segment.record], along.steps.as_slice());
         let couplings: Vec<f64> = (0..model.modes()).map(|i| model.coupling(i)).collect();
@@ -152,7 +152,13 @@ impl<'a> Course<'a> {
     }
 
     /// What each sensor shows at a sample beside what it measured; with a tangent, its row of the normal equations.
-    fn read(&self, motion: &Motion, t: usize, mut tangent: Option<&mut Tangent>, out: &mut Simulated) -> Option<()> {
+    fn read(
+        &self,
+        motion: &SegmentMotion,
+        t: usize,
+        mut tangent: Option<&mut Tangent>,
+        out: &mut Simulated,
+    ) -> Option<()> {
         let (model, n) = (self.model, self.segment.start + t / self.of.parts);
         let m = self.steps.len().min(MODES);
         for quantity in [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration] {
@@ -189,7 +195,7 @@ impl<'a> Course<'a> {
     }
 }
 
-impl Motion {
+impl SegmentMotion {
     fn new(modes: usize, memory: f64) -> Self {
         let zero = Complex::new(0.0, 0.0);
         Self {
@@ -242,7 +248,7 @@ impl Motion {
 
 impl Course<'_> {
     /// What the logarithm of a mode's frequency or damping changes of its state without the force.
-    fn by_pole(&self, motion: &Motion, t: usize, mode: usize, which: usize) -> Complex<f64> {
+    fn by_pole(&self, motion: &SegmentMotion, t: usize, mode: usize, which: usize) -> Complex<f64> {
         let step = self.series.interval / self.of.parts as f64;
         let swung = self.first.modes[mode] * motion.swings[mode];
         let driven = self.driven.by_pole[t * self.steps.len() + mode][which];

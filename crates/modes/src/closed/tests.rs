@@ -1,5 +1,5 @@
 use super::*;
-use crate::measurement::{Quantity, Sensor, Series};
+use crate::measurement::{Quantity, Sensor, SensorSeries};
 use sindyscope_values::record::Role;
 
 fn sensors() -> Vec<Sensor> {
@@ -28,7 +28,7 @@ fn model(effect: Effect) -> ClosedModel {
         drive: vec![vec![1.0], vec![-0.7]],
         shape: vec![vec![0.8, 0.5], vec![-0.4, 0.9]],
         initial: [1.0, -0.6]
-            .map(|k| State {
+            .map(|k| InitialState {
                 modes: vec![Complex::new(0.1 * k, 0.2), Complex::new(-0.2, 0.1 * k)],
                 memory: if effect.has_memory() { 0.1 * k } else { 0.0 },
             })
@@ -41,8 +41,12 @@ fn model(effect: Effect) -> ClosedModel {
 fn derivatives_are_those_of_the_simulation() {
     let n = 300;
     let input: Vec<f64> = (0..n).map(|k| (0.35 * k as f64).sin() + (0.8 * k as f64).cos()).collect();
-    let series =
-        [Series { name: String::new(), interval: 0.1, inputs: vec![input], outputs: vec![vec![0.0; n], vec![0.0; n]] }];
+    let series = [SensorSeries {
+        name: String::new(),
+        interval: 0.1,
+        inputs: vec![input],
+        outputs: vec![vec![0.0; n], vec![0.0; n]],
+    }];
     let sensors = sensors();
     let segments = [(0, 171), (170, 130)].map(|(start, length)| Segment { record: 0, start, length });
     for effect in Effect::ALL {
@@ -78,7 +82,7 @@ fn forces_of_any_size_are_solved_for() {
     let n = 200;
     let input: Vec<f64> = (0..n).map(|k| (0.35 * k as f64).sin() + (0.8 * k as f64).cos()).collect();
     let outputs = vec![vec![0.0; n], vec![0.0; n]];
-    let series = [Series { name: String::new(), interval: 0.1, inputs: vec![input], outputs }];
+    let series = [SensorSeries { name: String::new(), interval: 0.1, inputs: vec![input], outputs }];
     let (sensors, segments) = (sensors(), Segment::whole(&series, 1.0));
     let of = Loop { sensors: &sensors, series: &series, segments: &segments, offsets: &[], parts: 2, joint: None };
     let large = model(Effect::CubicStiffness);

@@ -3,16 +3,16 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::super::driven::imaginary;
-use super::super::normal::{Block, Local};
+use super::super::normal::{Local, NormalBlock};
 use super::super::{ClosedModel, Free};
-use super::{Course, MODES, Motion};
+use super::{Course, MODES, SegmentMotion};
 use crate::force::Pass;
 use crate::limits::CHUNK;
 
 /// Which parameters are free, and where they stand among those that the motion depends on: of each mode frequency, damping,
 /// drives and coupling; what is inside the force; the initial state.
 #[derive(Clone, Copy)]
-struct Layout {
+struct TangentLayout {
     shared: bool,
     initial: bool,
     of_mode: usize,
@@ -23,7 +23,7 @@ struct Layout {
 
 /// What a small change of each parameter changes of the motion.
 pub(super) struct Tangent {
-    layout: Layout,
+    layout: TangentLayout,
     /// Of the force's part of the states but for what the last step's force added, `[mode][parameter]`.
     re: Vec<f64>,
     im: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Tangent {
     /// Of what each mode shows at a sample, `[mode][parameter]`, and their sum as one sensor weighs them.
     shown: Vec<f64>,
     sum: Vec<f64>,
-    normal: Block,
+    normal: NormalBlock,
     rows: DMatrix<f64>,
     errors: DVector<f64>,
     filled: usize,
@@ -62,7 +62,7 @@ impl Tangent {
             memory[initial_at + 2 * m] = 1.0;
         }
         Self {
-            layout: Layout { shared, initial, of_mode, inner_at, initial_at, count },
+            layout: TangentLayout { shared, initial, of_mode, inner_at, initial_at, count },
             re: vec![0.0; m * count],
             im: vec![0.0; m * count],
             motion: vec![0.0; count],
@@ -72,7 +72,7 @@ impl Tangent {
             memory,
             shown: vec![0.0; m * count],
             sum: vec![0.0; count],
-            normal: Block::zeros(all),
+            normal: NormalBlock::zeros(all),
             rows: DMatrix::zeros(all, chunk),
             errors: DVector::zeros(chunk),
             filled: 0,
@@ -81,7 +81,7 @@ impl Tangent {
     }
 
     /// Goes on to the instant that the motion has come to.
-    pub(super) fn step(&mut self, course: &Course<'_>, motion: &Motion, t: usize) {
+    pub(super) fn step(&mut self, course: &Course<'_>, motion: &SegmentMotion, t: usize) {
         let layout = self.layout;
         let count = layout.count;
         self.next.fill(0.0);
@@ -168,7 +168,7 @@ impl Tangent {
     }
 
     /// What is changed of what the modes show at a sample, as sensors of one quantity see them.
-    pub(super) fn show(&mut self, course: &Course<'_>, motion: &Motion, (t, n): (usize, usize), order: usize) {
+    pub(super) fn show(&mut self, course: &Course<'_>, motion: &SegmentMotion, (t, n): (usize, usize), order: usize) {
         let layout = self.layout;
         let count = layout.count;
         for (i, step) in course.steps.iter().enumerate() {
@@ -246,13 +246,13 @@ impl Tangent {
     }
 
     /// The sums, split into what segments share and the initial state.
-    pub(super) fn sums(mut self) -> (Block, Local) {
+    pub(super) fn sums(mut self) -> (NormalBlock, Local) {
         if self.filled > 0 {
             self.add();
         }
-        let Block { matrix, gradient } = self.normal;
+        let NormalBlock { matrix, gradient } = self.normal;
         let (k, l) = (self.own_at, gradient.len() - self.own_at);
-        let block = |at: usize, size: usize| Block {
+        let block = |at: usize, size: usize| NormalBlock {
             matrix: matrix.view((at, at), (size, size)).into_owned(),
             gradient: gradient.rows(at, size).into_owned(),
         };
@@ -261,7 +261,7 @@ impl Tangent {
     }
 
     /// What is changed of the state at the end: real and imaginary part of each mode, then the inner state.
-    pub(super) fn end(&self, course: &Course<'_>, motion: &Motion) -> DMatrix<f64> {
+    pub(super) fn end(&self, course: &Course<'_>, motion: &SegmentMotion) -> DMatrix<f64> {
         let (layout, model) = (self.layout, course.model);
         let count = layout.count;
         let mut by = DMatrix::zeros(model.local(), self.own_at + count - layout.initial_at);
