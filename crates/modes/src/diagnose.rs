@@ -666,24 +666,15 @@ impl ForceSearch<'_> {
         let rest = whole_initial.is_empty();
         let total: usize = series.iter().map(SensorSeries::len).sum();
         let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
-        // The course over a share of these samples, each segment's state fitted.
-        let begun = |model: ClosedModel, share: f64| {
-            let segments = stretches(series, self.stretch(&model), share * samples / total as f64);
-            let initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
-            let course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
-            let model = ClosedModel { initial, ..model };
-            (model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel), course)
-        };
-        let (mut model, mut course) = begun(start, HOLDS[0].1);
+        let segments = stretches(series, self.stretch(&start), samples / total as f64);
+        let mut model = start;
+        model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
+        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+        model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
         let mut error = f64::INFINITY;
         let whole =
             Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        let mut share = HOLDS[0].1;
-        for (hold, enough) in HOLDS {
-            if enough > share {
-                (model, course) = begun(model, enough);
-                share = enough;
-            }
+        for hold in HOLDS {
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
@@ -693,7 +684,7 @@ impl ForceSearch<'_> {
                 return None;
             }
             // Where whole records can be followed from here, nothing needs to be held.
-            if rest && hold > HOLDS[0].0 {
+            if rest && hold > HOLDS[0] {
                 let run =
                     ClosedModel { initial: Vec::new(), ..model.clone() }.simulate(whole.along(sensors, series, parts));
                 if run.is_some_and(|r| rms(r.residuals.iter().flatten()) < FOLLOWED * error) {
@@ -749,7 +740,7 @@ impl ForceSearch<'_> {
         model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
         let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
         model = model.swept(course.along(sensors, series, parts), STATE_STEPS, cancel);
-        for (hold, _) in HOLDS {
+        for hold in HOLDS {
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             model = model.fitted(of, Free::Initial, HELD_STEPS, HELD_GAIN, cancel)?.0;

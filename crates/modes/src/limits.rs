@@ -139,9 +139,8 @@ pub(crate) const ROUGH: f64 = 1.2;
 pub(crate) const STRETCH: f64 = 4.0;
 pub(crate) const LEAST_STRETCH: f64 = 16.0;
 /// What a jump between stretches counts for, in turn: RMS of a sensor for a jump as large as the state. At the last one a
-/// jump of a thousandth counts as a quarter of the sensor's RMS. Beside each, the share of the samples below that is fitted: the
-/// first ones only bring the parameters near.
-pub(crate) const HOLDS: [(f64, f64); 5] = [(1.0, 0.35), (4.0, 0.35), (16.0, 1.0), (64.0, 1.0), (256.0, 1.0)];
+/// jump of a thousandth counts as a quarter of the sensor's RMS.
+pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 /// Steps with each hold, and the share of the sum of squares that a step must gain for another to follow.
 pub(crate) const HELD_STEPS: usize = 15;
 pub(crate) const HELD_GAIN: f64 = 3e-3;
