@@ -4,7 +4,7 @@ use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Function, Symbol, Term};
 
 use super::specimen::Specimen;
-use sindyscope_search::{Entry, guide};
+use sindyscope_search::{Entry, guide, hysteresis_rate};
 
 /// What an effect adds to the force at given inner values; its internal states count from zero.
 #[derive(Clone, Debug)]
@@ -183,14 +183,9 @@ impl SlidingElement {
     }
 }
 
-/// `ż = v − (|v| z |z|ⁿ⁻¹ + (γ/β) v |z|ⁿ)/x_bⁿ`.
+/// The inner state of a hysteresis, as the catalogue of masses has it.
 fn bouc_wen(length: f64, ratio: f64, power: i32, state: usize) -> Equation {
-    let (loops, slims) = match power {
-        1 => (v().abs() * z(state), v() * z(state).abs()),
-        _ => (v().abs() * z(state) * z(state).abs(), v() * z(state).power(2.0)),
-    };
-    let per = length.powi(power).recip();
-    Equation::known([(Term::new(v()), 1.0), (Term::new(loops), -per), (Term::new(slims), -ratio * per)])
+    Equation::known(hysteresis_rate(&v(), &z(state), [length, ratio], power))
 }
 
 /// Every effect that a component's records can show.

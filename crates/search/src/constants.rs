@@ -1,6 +1,6 @@
 //! Every number that the search decides or budgets by: its value, its unit, and what sets it.
 //!
-//! A study that halves and doubles each of them tells what it moves (`tests/constants.rs`; the figures are in the book).
+//! A study that halves and doubles each of them tells what it moves (`tests/constants`; the figures are in the book).
 //! What is not here is no matter of choice for the search: numerical tolerances, the grids of the catalogue's entries, what a
 //! description is made of, sizes of drawings. Those stand where they are used.
 

@@ -368,6 +368,16 @@ pub struct Lead {
 }
 
 impl Lead {
+    /// How many blocks it won against which set, as a clause.
+    pub fn words(&self) -> String {
+        format!(
+            "{} of {} blocks that were never fitted are predicted better than by {}",
+            self.won,
+            self.blocks,
+            self.against_words()
+        )
+    }
+
     /// The other set in words, for a sentence.
     pub fn against_words(&self) -> String {
         if !self.titles.is_empty() {

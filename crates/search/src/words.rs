@@ -92,14 +92,7 @@ pub(super) fn described(
 
 /// How far a set leads the nearest one without an effect, in a sentence behind others.
 pub(super) fn led(lead: &Lead) -> String {
-    format!(
-        " Of {} blocks that were never fitted {} are predicted better than by {}; log density +{} ± {}.",
-        lead.blocks,
-        lead.won,
-        lead.against_words(),
-        significant(lead.difference, 2),
-        significant(lead.std_error, 2)
-    )
+    format!(" {}; log density +{} ± {}.", lead.words(), significant(lead.difference, 2), significant(lead.std_error, 2))
 }
 
 pub(super) fn sentence_case(text: &str) -> String {

@@ -184,12 +184,7 @@ fn why(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &m
         if place == 0 {
             section(ui, "WHY?", |_| {}, |_| {});
         }
-        let said = format!(
-            "{title}: {} of {} blocks that were never fitted are predicted better than by {}.",
-            lead.won,
-            lead.blocks,
-            lead.against_words()
-        );
+        let said = format!("{title}: {}.", lead.words());
         let sum = format!(
             "log density +{} ± {}; over resampled blocks at least {}",
             significant(lead.difference, 2),
