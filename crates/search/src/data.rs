@@ -1,9 +1,10 @@
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::GapError;
 use super::constants::Constants;
 use super::effort::Counters;
+use super::propose::MeasuredPath;
 use super::search::Ask;
 use super::site::Placed;
 use super::structure::Composition;
@@ -78,6 +79,8 @@ pub(super) struct Data {
     /// Period of the fitted motion by its accelerations, s: what segments of records are measured by.
     pub(super) period: f64,
     pub(super) notices: Vec<String>,
+    /// The motion of each fitted record, once it was asked for.
+    paths: OnceLock<Arc<[MeasuredPath]>>,
 }
 
 /// What thinning is: samples a period of the fastest motion that thinning leaves.
@@ -186,6 +189,7 @@ impl Data {
             frequency,
             period,
             notices,
+            paths: OnceLock::new(),
         })
     }
 
@@ -224,6 +228,7 @@ impl Data {
     /// Counts displacements from a point.
     pub(super) fn count_from(&mut self, point: f64) {
         self.datum = point;
+        self.paths = OnceLock::new();
         for s in &mut self.series {
             s.measured[0] = s.measured[0].iter().map(|x| x - point).collect();
             let mut smoothed = MeasuredMotion::clone(&s.smoothed);
@@ -235,6 +240,11 @@ impl Data {
         let point = format_si(point, &self.unit, 4);
         self.notices
             .push(format!("The motion is about {point}, not about zero: displacements are counted from there."));
+    }
+
+    /// The motion of each fitted record, smoothed without a model.
+    pub(super) fn measured_paths(&self) -> &[MeasuredPath] {
+        self.paths.get_or_init(|| self.fit().iter().map(|s| MeasuredPath::new(self, s)).collect())
     }
 
     /// Number of masses.

@@ -55,6 +55,7 @@ mod screen;
 mod search;
 mod show;
 mod site;
+mod slips;
 mod structure;
 #[cfg(test)]
 mod tests;

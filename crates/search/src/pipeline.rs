@@ -60,6 +60,7 @@ impl Search {
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
         let mut proposals = data.propose(composition, inner, forms, constants.crumb, cancel);
         proposals.retain(|p| p.forms.len() <= room);
+        proposals.splice(0..0, self.holding(before, forms, cancel));
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
             let with = Self::with(composition, form);
@@ -85,7 +86,7 @@ impl Search {
             }
             let single = proposal.composition.forms.len() == composition.forms.len() + 1;
             if let Some(gain) = explained {
-                let near = proposal.gain > (1.0 - constants.close_gain) * gain - constants.lead;
+                let near = proposal.gain >= (1.0 - constants.close_gain) * gain - constants.lead;
                 let common = proposal.forms.iter().all(|k| forms[*k].is_common());
                 let is_shown = single && common && shown < constants.shown && proposal.gain > 0.0;
                 if !near && !is_shown {
@@ -111,6 +112,22 @@ impl Search {
         self.settle(tried, cancel);
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
         !cancel.is_cancelled()
+    }
+
+    /// What rests while the force on it changes is held by dry friction, each kind of which is tried before all else. The
+    /// regression hears nothing of rests, and does not order these.
+    fn holding(&self, before: &Fitted, forms: &[Form], cancel: &Cancel) -> Vec<Proposal> {
+        if !self.data.rests() {
+            return Vec::new();
+        }
+        let (composition, inner) = (&before.composition, &before.parameters.inner);
+        let alone = |k: usize| {
+            let form = std::slice::from_ref(&forms[k]);
+            let regressed = self.data.propose_exactly(composition, inner, form, cancel);
+            let start = regressed.unwrap_or_else(|| self.unfitted(before, form));
+            Proposal { forms: vec![k], gain: f64::INFINITY, ..start }
+        };
+        (0..forms.len()).filter(|k| forms[*k].is_dry_friction()).map(alone).collect()
     }
 
     /// Fits what the best sets contain, whenever their effects were found: a set is named only against each part of it, fitted
@@ -285,7 +302,8 @@ impl Search {
         // The base model is shown along whole records, however wrong it is.
         let short_if_wrong = !composition.forms.is_empty();
         let goal = Goal { short_if_wrong, ..data.goal(WHOLE, data.options(&cancelled, data.constants.steps, bar)) };
-        let point = Point::new(composition, &whole, shared.to_vec(), false);
+        let begun = || Point::new(composition, &whole, shared.to_vec(), false);
+        let point = self.between_rests(composition, shared, cancel).unwrap_or_else(begun);
         let landed = land(composition, &whole, &point, goal)
             .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
         if let (Some(landed), Some(bar)) = (&landed, bar) {

@@ -21,8 +21,7 @@ use super::parameters::{InnerValues, Parameters};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
-use path::MeasuredPath;
-pub(super) use path::usual_speed;
+pub(super) use path::{MeasuredPath, usual_speed};
 use rows::Rows;
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
@@ -77,7 +76,7 @@ struct SetRegression<'a> {
     forms: &'a [Form],
     present: &'a Composition,
     inner: &'a InnerValues,
-    paths: Vec<MeasuredPath>,
+    paths: &'a [MeasuredPath],
     rows: Rows,
     /// The target, then the present model's own.
     base: Vec<Vec<f64>>,
@@ -179,8 +178,8 @@ impl<'a> SetRegression<'a> {
         forms: &'a [Form],
         cancel: &'a Cancel,
     ) -> Self {
-        let paths: Vec<MeasuredPath> = data.fit().iter().map(|s| MeasuredPath::new(data, s)).collect();
-        let rows = Rows::new(data, &paths);
+        let paths = data.measured_paths();
+        let rows = Rows::new(data, paths);
         let mut new = Self {
             data,
             cancel,
@@ -276,7 +275,7 @@ impl<'a> SetRegression<'a> {
         let values: Vec<Vec<Vec<f64>>> = if along.is_empty() {
             Vec::new()
         } else {
-            let each = self.data.fit().iter().zip(&self.paths);
+            let each = self.data.fit().iter().zip(self.paths);
             each.map(|(s, measured)| {
                 let delayed = (!plain).then(|| s.delayed_inputs(&composed.delays));
                 let inputs = delayed.as_ref().map_or_else(

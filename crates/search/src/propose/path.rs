@@ -17,15 +17,15 @@ const FULL: f64 = 0.12;
 
 /// The motion of one fitted record.
 #[derive(Debug)]
-pub(super) struct MeasuredPath {
+pub(in super::super) struct MeasuredPath {
     /// Displacements smoothed lightly, so that their bias does not count; velocities smoothed calmly, for their signs.
-    pub(super) path: MotionPath,
+    pub(in super::super) path: MotionPath,
     /// For each mass, the samples at which it moves with something: there dry friction is whatever holds it.
-    pub(super) stuck: Vec<Vec<bool>>,
+    pub(in super::super) stuck: Vec<Vec<bool>>,
 }
 
 impl MeasuredPath {
-    pub(super) fn new(data: &Data, series: &RecordSeries) -> Self {
+    pub(in super::super) fn new(data: &Data, series: &RecordSeries) -> Self {
         let mut path = series.path();
         for (mass, output) in data.outputs.iter().enumerate() {
             if *output == Output::Displacement(mass) {
