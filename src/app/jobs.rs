@@ -126,7 +126,7 @@ pub(crate) enum Job {
     /// Identify the modes of a structure.
     Modes { records: RecordSet, base: Base },
     /// Look for the force that so many modes lack, or as many as the data bear.
-    ModalSearch { records: RecordSet, modes: Option<usize> },
+    ModalSearch { records: RecordSet, base: Base },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
@@ -330,8 +330,8 @@ impl Work for Job {
                 let base = base.placed(file.and_then(sindyscope_files::positions_in).as_deref());
                 Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
             }
-            Self::ModalSearch { records, modes } => Done::ModalSearched(Arc::new(
-                sindyscope_modes::diagnose(&records, modes, &stage, cancel).map_err(modal_sentence)?,
+            Self::ModalSearch { records, base } => Done::ModalSearched(Arc::new(
+                sindyscope_modes::diagnose(&records, &base, &stage, cancel).map_err(modal_sentence)?,
             )),
             Self::Resample { records, settings } => {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)

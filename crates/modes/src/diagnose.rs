@@ -2,10 +2,11 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::chosen::ChosenPoles;
 use super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::error::ModesError;
 use super::force::{Effect, Site};
-use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
+use super::identify::{Linear, Path, PathRequest, Split, chosen_path, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
@@ -19,6 +20,7 @@ use super::motion::PARTS;
 use super::outcome::Structure;
 use super::pole::{self, Pole};
 use super::screen::{ForceCandidate, Screen, SiteKind, deviation};
+use super::settings::Base;
 use super::start::RecordStart;
 use super::study::{in_band, noise_floor, record_fits, structure};
 use sindyscope_core::signal::standard_deviation;
@@ -154,21 +156,29 @@ struct FittedStructure {
 
 /// Searches for the force that a linear structure lacks.
 ///
-/// `modes` fixes the number of modes; `report` hears what is done and its share.
+/// `base` says how many modes the structure has, or from which poles they are fitted: then each stands for one mode, which the force
+/// may move, and none is added. `report` hears what is done and its share.
 ///
 /// # Errors
 /// As [`super::identify`].
 pub fn diagnose(
     records: &RecordSet,
-    modes: Option<usize>,
+    base: &Base,
     report: &(dyn Fn(&'static str, f64) + Sync),
     cancel: &Cancel,
 ) -> Result<StructureDiagnosis, ModesError> {
     let measurement = Measurement::new(records, cancel)?;
     let split = Split::new(&measurement);
     report("looking for modes", 0.0);
-    let path = path(&measurement, &split, &PathRequest { modes, ..PathRequest::default() }, cancel)?;
-    let base = linear(&measurement, &path.steps[path.chosen].poles, cancel)?;
+    let (path, fixed) = if base.poles.is_empty() {
+        let request = PathRequest { modes: base.modes, ..PathRequest::default() };
+        (path(&measurement, &split, &request, cancel)?, base.modes)
+    } else {
+        (chosen_path(&measurement, &split, &base.poles, cancel)?, Some(base.poles.len()))
+    };
+    let chosen = ChosenPoles(&base.poles);
+    let start = if base.poles.is_empty() { &path.steps[path.chosen].poles } else { &base.poles };
+    let base = linear(&measurement, start, cancel)?;
     let linear_error = path.steps[path.chosen].residuals.unseen_rms();
     let noise = noise(&split);
     let plain = |base: &Linear, explained: bool| StructureDiagnosis {
@@ -182,7 +192,7 @@ pub fn diagnose(
     if linear_error < NOTHING_MISSING * noise {
         return Ok(plain(&base, true));
     }
-    let search = ForceSearch { measurement: &measurement, split: &split, path: &path, fixed: modes, noise };
+    let search = ForceSearch { measurement: &measurement, split: &split, path: &path, chosen, fixed, noise };
     report("asking which force is missing", 0.05);
     let fitted = search.fitted(report, cancel)?;
     let period = main_period(&split.fitted);
@@ -236,6 +246,8 @@ struct ForceSearch<'a> {
     measurement: &'a Measurement,
     split: &'a Split,
     path: &'a Path,
+    /// The poles that were chosen by hand.
+    chosen: ChosenPoles<'a>,
     fixed: Option<usize>,
     noise: f64,
 }
@@ -318,7 +330,8 @@ impl ForceSearch<'_> {
             })
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
-        let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
+        let Self { measurement, split, chosen, .. } = *self;
+        let screen = Screen { measurement, split, poles, chosen, modes, noises };
         let explains = |f: &FittedStructure| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
         let mut all: Vec<FittedStructure> = Vec::new();
         let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };

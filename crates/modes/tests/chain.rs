@@ -122,16 +122,41 @@ fn modes_lie_within_their_errors_whatever_is_measured() {
 #[test]
 fn nothing_is_missing_where_nothing_is_hidden() {
     let records = tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]);
-    let found = diagnose(&records, None, &|_, _| {}, &Cancel::default()).unwrap();
+    let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
     assert_eq!((found.verdict(), found.explained), ("nothing_missing", true), "{} noises", found.noises);
 }
 
 #[test]
 fn dry_friction_is_found_at_its_sensor() {
     let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
-    let found = diagnose(&records, None, &|_, _| {}, &Cancel::default()).unwrap();
+    let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
     let force = found.found.as_ref().expect("a force");
     assert_eq!((force.effect, force.site), (Effect::CoulombFriction, Site::Ground(1)), "{} noises", found.noises);
+}
+
+#[test]
+fn a_search_starts_from_the_poles_that_are_given_and_adds_none() {
+    let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
+    let poles: Vec<Pole> = truth().into_iter().map(|(f, _, _)| Pole::at(1.02 * f, 0.03)).collect();
+    let of = |poles: &[Pole]| {
+        let base = Base { model: BaseModel::Modes, poles: poles.to_vec(), ..Base::default() };
+        let found = diagnose(&records, &base, &|_, _| {}, &Cancel::default()).unwrap();
+        // The base is what `identify` finds from these poles.
+        let identified = analyse(&records, &base, &|_, _| {}, &Cancel::default()).unwrap().structure;
+        assert_eq!(found.base.modes, identified.modes);
+        found
+    };
+    let found = of(&poles);
+    let force = found.found.as_ref().expect("a force");
+    assert_eq!((force.effect, force.site), (Effect::CoulombFriction, Site::Ground(1)), "{} noises", found.noises);
+    assert_eq!(found.last.modes.len(), 3);
+    for (mode, (frequency, _, _)) in found.last.modes.iter().zip(truth()) {
+        assert!((mode.frequency / frequency - 1.0).abs() < 5e-3, "{} is not {frequency}", mode.frequency);
+    }
+    // A mode that was left out stays out, whatever the data would bear.
+    let fewer = of(&[poles[0], poles[2]]);
+    assert_eq!((fewer.base.modes.len(), fewer.last.modes.len()), (2, 2));
+    assert_eq!(fewer.verdict(), "unexplained");
 }
 
 #[test]
