@@ -113,6 +113,33 @@ fn the_number_of_modes_is_a_choice_and_the_report_tells_them() {
 }
 
 #[test]
+fn which_input_is_the_force_of_a_component_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damper.csv");
+    // Two load cells in line, the second with a gain.
+    let row = |k: u32| {
+        let t = 0.005 * f64::from(k);
+        let (x, v) = ((6.0 * t).sin(), 6.0 * (6.0 * t).cos());
+        let force = 3.0 * x + 0.5 * v;
+        format!("{t},{x},{force},{}\n", 2.0 * force)
+    };
+    let table: String = (0..2000).map(row).collect();
+    std::fs::write(&path, format!("t [s],x [m],load_1 [N],load_2 [N]\n{table}")).unwrap();
+    let mut window = Window::of_files(vec![path]);
+    window.click("component without a mass");
+    // Both look like forces: nothing is guessed.
+    assert!(window.app().component().is_none() && window.shows("choose…"));
+    for (name, stiffness) in [("load_1", 3.0), ("load_2", 6.0)] {
+        window.click("Force of the component");
+        window.click(name);
+        let found = window.app().component().expect("a force");
+        assert_eq!(found.specimen.force().0, name);
+        let spring = found.found.model.force.coefficient(&Term::parse("x").unwrap());
+        assert!(spring.is_some_and(|k| (k - stiffness).abs() < 0.01 * stiffness), "{name}: {spring:?}");
+    }
+}
+
+#[test]
 fn a_component_gets_the_equation_of_its_force() {
     let home = tempfile::tempdir().unwrap();
     let options = sindyscope_rig::ComponentOptions {

@@ -8,8 +8,8 @@ use sindyscope_component::{ComponentModel, Specimen};
 use sindyscope_files::ReadOptions;
 use sindyscope_values::record::Usage;
 
-/// What an answer belongs to: the records' generation, and what each record is used for.
-pub(crate) type Asked = (u64, Vec<Usage>);
+/// What an answer belongs to: the records' generation, what each record is used for, and the channel that was said to be the force.
+pub(crate) type Asked = (u64, Vec<Usage>, Option<String>);
 
 /// What was found of a component.
 #[derive(Debug, Default)]
@@ -23,9 +23,15 @@ pub(crate) struct ComponentRoom {
 /// What the drawing keeps.
 pub(crate) type ComponentCanvas = Figures;
 
-/// The source by which the analysis knows which channel is the force.
-pub(crate) fn request(reading: &ReadOptions) -> RecordSource {
-    let reading = Reading { columns: reading.columns.clone(), kind: KindName::Component, ..Reading::default() };
+/// The source by which the analysis knows which channel is the force: the one that a person said it is, or that was named when
+/// the file was read.
+pub(crate) fn request(reading: &ReadOptions, force: Option<&str>) -> RecordSource {
+    let named = reading.columns.clone();
+    let columns = match force {
+        Some(name) => named.with_force(name),
+        None => named,
+    };
+    let reading = Reading { columns, kind: KindName::Component, ..Reading::default() };
     RecordSource { reading, ..RecordSource::default() }
 }
 

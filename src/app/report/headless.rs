@@ -26,7 +26,7 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
     let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
-    let Edit { settings, usage, walk, report, base, component, .. } = &opened.document.edit;
+    let Edit { settings, usage, walk, report, base, component, force, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
@@ -39,7 +39,7 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
         command: Some(command.to_owned()),
     };
     if *component {
-        let source = request(&opened.document.reading);
+        let source = request(&opened.document.reading, force.as_deref());
         let asked = AnalysisRequest { source, ..AnalysisRequest::default() };
         let analysis = identify_component(&asked, &records, &cancel).map_err(|e| failed(e.to_string()))?;
         return Ok(made(Reported::Component { analysis: Arc::new(analysis), diagnosis: None }));

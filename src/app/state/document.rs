@@ -115,6 +115,8 @@ pub struct Edit {
     pub base: sindyscope_modes::Base,
     /// Whether what is measured is a component without a mass: its force along a given motion.
     pub component: bool,
+    /// The channel that a person said is its force; none where its name or unit says so.
+    pub force: Option<String>,
     /// Whether a person has said which, where the program would propose another.
     pub base_settled: bool,
     /// What was added to the base model in "What's missing".

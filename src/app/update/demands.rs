@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::change::{Update, Want, run};
-use crate::app::component::request;
+use crate::app::component::{Asked, request};
 use crate::app::derived::Derived;
 use crate::app::jobs::{Job, Key};
 use crate::app::questions::replies;
@@ -114,8 +114,9 @@ impl Update<'_> {
     }
 
     /// What the force of a component belongs to now.
-    fn component_wanted(&self) -> (u64, Vec<Usage>) {
-        (self.derived.records.generation, self.state.document.edit.usage.clone())
+    fn component_wanted(&self) -> Asked {
+        let edit = &self.state.document.edit;
+        (self.derived.records.generation, edit.usage.clone(), edit.force.clone())
     }
 
     /// Asks for the force of a component.
@@ -130,7 +131,8 @@ impl Update<'_> {
         }
         self.derived.component.fit.begin(wanted);
         let (records, _) = self.study();
-        let source = request(&self.state.document.reading);
+        let document = &self.state.document;
+        let source = request(&document.reading, document.edit.force.as_deref());
         self.want_instead(Key::Component, Job::Component { records, source });
     }
 
@@ -143,7 +145,8 @@ impl Update<'_> {
         let wanted = self.component_wanted();
         self.derived.component.search.begin(wanted);
         let (records, _) = self.study();
-        let source = request(&self.state.document.reading);
+        let document = &self.state.document;
+        let source = request(&document.reading, document.edit.force.as_deref());
         self.want_instead(Key::ComponentSearch, Job::ComponentSearch { records, source });
     }
 
@@ -160,13 +163,10 @@ impl Update<'_> {
             return self.cancel(Key::ModalSearch);
         }
         let wanted = self.modes_wanted();
-        let modes = match wanted.1.poles.len() {
-            0 => wanted.1.modes,
-            count => Some(count),
-        };
+        let base = wanted.1.clone();
         self.derived.modal.search.begin(wanted);
         let (records, _) = self.study();
-        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, modes });
+        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, base });
     }
 
     /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
