@@ -85,7 +85,8 @@ fn many_sensors_are_proposed_as_a_structure_and_its_modes_are_found() {
 #[test]
 fn the_number_of_modes_is_a_choice_and_the_report_tells_them() {
     let home = tempfile::tempdir().unwrap();
-    let mut window = Window::of_files(vec![instrumented(home.path())]);
+    let session = home.path().join("state/session.json");
+    let mut window = Window::revived(&session, vec![instrumented(home.path())]);
     window.click("modes");
     let count = frequencies(&window).len();
     window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
@@ -100,6 +101,11 @@ fn the_number_of_modes_is_a_choice_and_the_report_tells_them() {
     window.click("Find what's missing");
     assert!(window.shows("Nothing is missing: the linear model explains the data."));
     look_at(&mut window, "modes_missing");
+    // The session has it after a restart: nothing is searched for again.
+    drop(window);
+    window = Window::revived(&session, Vec::new());
+    assert!(window.shows("Nothing is missing: the linear model explains the data.") && window.shows("Look again"));
+    assert!(window.shows("never fitted"), "the figure of the record never fitted");
     window.click("Report");
     assert!(window.shows("Page 1 of "));
     look_at(&mut window, "modes_report");
@@ -172,6 +178,8 @@ fn a_component_gets_the_equation_of_its_force() {
     drop(window);
     window = Window::revived(&session, Vec::new());
     assert!(window.app().component().is_some(), "the session knows what was measured");
+    let again = window.app().component_diagnosis().expect("and that it was looked for what is missing");
+    assert_eq!(again.found.verdict(), "named");
     window.click("Identify");
     window.click("component without a mass");
     assert!(window.app().component().is_none() && window.shows("dv/dt ="));

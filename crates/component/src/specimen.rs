@@ -227,8 +227,7 @@ pub fn force_channel<'a>(record: &'a Record, force: Option<&str>) -> Result<&'a 
         return Ok(found);
     }
     let word = |c: &Channel| c.name.to_lowercase().split([' ', '_', '-', '.']).next().map(str::to_owned);
-    let by_name =
-        |c: &Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
+    let by_name = |c: &Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
     let by_unit = |c: &Channel| FORCE_UNITS.contains(&c.unit.trim().to_lowercase().as_str());
     let only = |is_one: &dyn Fn(&Channel) -> bool| {
         let mut all = inputs.iter().copied().filter(|c| is_one(c));

@@ -44,6 +44,10 @@ mod tests {
         assert!((pool[2].frequency() - 4.0).abs() < 1e-9);
         // Where the data choose, a pole joins if it is not there yet.
         let free = ChosenPoles(&[]);
-        assert!(free.is_open(&moved, &all, &[]) && !free.is_open(&moved, &[moved], &[]) && free.completed(vec![moved]).len() == 1);
+        assert!(
+            free.is_open(&moved, &all, &[])
+                && !free.is_open(&moved, &[moved], &[])
+                && free.completed(vec![moved]).len() == 1
+        );
     }
 }

@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use sindyscope_core::study::Cancel;
-use sindyscope_modes::{Base, BaseModel, Effect, ModesError, Pole, Site, Stability, analyse, diagnose, identify};
+use sindyscope_modes::{
+    Base, BaseModel, Effect, ModesError, Pole, Site, Stability, StructureDiagnosis, UnseenRecord, analyse, diagnose,
+    identify,
+};
 use sindyscope_rig::{
     Contact, Excitation, MeasuredChannel, MeasuredQuantity, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup,
 };
@@ -132,6 +135,33 @@ fn dry_friction_is_found_at_its_sensor() {
     let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
     let force = found.found.as_ref().expect("a force");
     assert_eq!((force.effect, force.site), (Effect::CoulombFriction, Site::Ground(1)), "{} noises", found.noises);
+}
+
+#[test]
+fn what_was_found_comes_back_from_a_file_without_a_search() {
+    let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
+    let base = Base::default();
+    let found = diagnose(&records, &base, &|_, _| {}, &Cancel::default()).unwrap();
+    let text = serde_json::to_string(&found).unwrap();
+    // Small enough to be written often: no series.
+    assert!(text.len() < 20_000, "{} bytes", text.len());
+    let kept: StructureDiagnosis = serde_json::from_str(&text).unwrap();
+    assert!(kept.unseen.is_empty() && kept.is_of(&records, &base));
+    let again = kept.redrawn(&records, &Cancel::default()).unwrap();
+    assert_eq!((again.verdict(), &again.found), (found.verdict(), &found.found));
+    let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+    let (old, new) = (&found.unseen[0], &again.unseen[0]);
+    assert_eq!((&old.name, &old.measured), (&new.name, &new.measured));
+    for s in 0..2 {
+        let after = |record: &UnseenRecord| record.after.as_ref().expect("a force")[s].clone();
+        for (a, b) in [(&old.before[s], &new.before[s]), (&after(old), &after(new))] {
+            let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            assert!(rms(&apart) < 1e-3 * rms(a), "sensor {s}: {} of {}", rms(&apart), rms(a));
+        }
+    }
+    // Other records or another base are told.
+    assert!(!kept.is_of(&tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]), &base));
+    assert!(!kept.is_of(&records, &Base { modes: Some(2), ..Base::default() }));
 }
 
 #[test]

@@ -26,7 +26,8 @@ impl NativeJournal {
     #[staticmethod]
     fn open(table: PathBuf, settings: Vec<(String, String)>, missing: Option<u8>) -> PyResult<(Self, Vec<NamedRow>)> {
         let study = request(&settings)?;
-        let missing = missing.map(|most| missing_of_settings(&study, most, false)).transpose().map_err(|e| failed(&e))?;
+        let missing =
+            missing.map(|most| missing_of_settings(&study, most, false)).transpose().map_err(|e| failed(&e))?;
         let asked = BatchRequest { items: Vec::new(), study, missing, out: table, reports: None, part: None };
         let (journal, done) = Journal::open(&asked.out, None, &asked.settings()).map_err(|e| batch_failed(&e))?;
         let done = done.into_iter().map(|(key, row)| (key, Value::Object(row).to_string())).collect();

@@ -149,7 +149,8 @@ fn modes(
         let told = |what: &'static str, share: f64| tell(AnalysisProgress::Share(what, share));
         let watch = Stopwatch::start();
         if missing {
-            let found = sindyscope_modes::diagnose(&records, &Base { modes: number, ..Base::default() }, &told, cancel)?;
+            let found =
+                sindyscope_modes::diagnose(&records, &Base { modes: number, ..Base::default() }, &told, cancel)?;
             return Ok((json::structure::diagnosed(&found, &records, watch.milliseconds()), diagnosis_text(&found)));
         }
         told("looking for modes", 0.0);

@@ -18,6 +18,8 @@ pub(crate) struct ComponentRoom {
     pub(crate) fit: Answer<Asked, ComponentAnalysis>,
     /// What it lacks.
     pub(crate) search: Answer<Asked, DiagnosedComponent>,
+    /// Whether that was looked for before the window was closed, until it is looked for again.
+    coming: bool,
 }
 
 /// What the drawing keeps.
@@ -36,6 +38,22 @@ pub(crate) fn request(reading: &ReadOptions, force: Option<&str>) -> RecordSourc
 }
 
 impl ComponentRoom {
+    /// Awaits what the session or a project knows of the search.
+    pub(crate) fn bring_back(&mut self, searched: bool) {
+        self.search.stop();
+        self.coming = searched;
+    }
+
+    /// Whether to look again for what was found before, once.
+    pub(crate) fn coming(&mut self) -> bool {
+        std::mem::take(&mut self.coming)
+    }
+
+    /// Whether it was looked for what the force lacks.
+    pub(crate) fn searched(&self) -> bool {
+        self.coming || self.search.found().is_some()
+    }
+
     /// The component with the model that Identify shows.
     pub(crate) fn identified(&self) -> Option<(&Specimen, &ComponentModel)> {
         self.fit.found().map(|analysis| (&analysis.specimen, &analysis.found.model))

@@ -10,7 +10,7 @@ use crate::app::questions::replies;
 use crate::app::report::ReportSubject;
 use crate::app::settings_map::SettingsMap;
 use crate::app::state::{Edit, Room, State};
-use sindyscope_modes::{Base, BaseModel};
+use sindyscope_modes::{Base, BaseModel, StructureDiagnosis};
 use sindyscope_values::record::Usage;
 
 /// Jobs on a chain of masses: where modes are the base they are in vain.
@@ -126,7 +126,13 @@ impl Update<'_> {
         if self.derived.component.search.is_of_others(&wanted) {
             self.component_search(false);
         }
-        if self.derived.records.records.is_empty() || self.derived.component.fit.is_of(&wanted) {
+        if self.derived.records.records.is_empty() {
+            return;
+        }
+        if self.derived.component.coming() {
+            self.component_search(true);
+        }
+        if self.derived.component.fit.is_of(&wanted) {
             return;
         }
         self.derived.component.fit.begin(wanted);
@@ -158,15 +164,20 @@ impl Update<'_> {
 
     /// Begins or stops the search for the force that the modes lack.
     pub(super) fn modal_search(&mut self, begins: bool) {
-        if !begins {
-            self.derived.modal.search.stop();
-            return self.cancel(Key::ModalSearch);
+        if begins {
+            return self.search_structure(None);
         }
+        self.derived.modal.search.stop();
+        self.cancel(Key::ModalSearch);
+    }
+
+    /// Searches for the force that the modes lack, or shows again what was kept of such a search.
+    fn search_structure(&mut self, kept: Option<Arc<StructureDiagnosis>>) {
         let wanted = self.modes_wanted();
         let base = wanted.1.clone();
         self.derived.modal.search.begin(wanted);
         let (records, _) = self.study();
-        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, base });
+        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, base, kept });
     }
 
     /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
@@ -175,6 +186,11 @@ impl Update<'_> {
         let wanted = self.modes_wanted();
         if self.derived.modal.search.is_of_others(&wanted) {
             self.modal_search(false);
+        }
+        if !self.derived.records.records.is_empty()
+            && let Some(kept) = self.derived.modal.coming()
+        {
+            self.search_structure(Some(kept));
         }
         if !held && !self.derived.records.records.is_empty() && self.derived.modal.wants(wanted) {
             let base = self.state.document.edit.base.clone();
