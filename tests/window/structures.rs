@@ -11,32 +11,54 @@ use super::*;
 /// Stiffness of each spring over its mass, ground – 1 – 2 – 3, 1/s²: modes at 1.945, 4.945 and 7.44 Hz.
 const SPRINGS: [f64; 3] = [900.0, 700.0, 500.0];
 
-/// Three masses with three accelerometers, driven at the first: two records.
-fn instrumented(folder: &Path) -> PathBuf {
+/// The springs of three masses, and what else acts on each.
+fn chain(inputs: usize, first: Option<(Term, f64)>, third: Option<(Term, f64)>) -> Model {
     let term = |text: &str| Term::parse(text).unwrap();
     let [a, b, c] = SPRINGS;
     let part = |x: &str, v: &str, k: f64| [(term(x), k), (term(v), 8e-4 * k)];
-    let first = part("x1", "v1", -a).into_iter().chain(part("x2-x1", "v2-v1", b)).chain([(term("u"), 1.0)]);
-    let second = part("x2-x1", "v2-v1", -b).into_iter().chain(part("x3-x2", "v3-v2", c));
-    let third = part("x3-x2", "v3-v2", -c);
-    let smooth = Model::second_order(1, vec![Equation::known(first), Equation::known(second), Equation::known(third)]);
-    let plant = Plant { smooth, contacts: Vec::new() };
+    let one = part("x1", "v1", -a).into_iter().chain(part("x2-x1", "v2-v1", b)).chain(first);
+    let two = part("x2-x1", "v2-v1", -b).into_iter().chain(part("x3-x2", "v3-v2", c));
+    let three = part("x3-x2", "v3-v2", -c).into_iter().chain(third);
+    Model::second_order(inputs, vec![Equation::known(one), Equation::known(two), Equation::known(three)])
+}
+
+fn accelerometers() -> impl Iterator<Item = MeasuredChannel> {
     let noisy = Sensor::noisy(Noise::ShareOfRms(0.01));
-    let accelerometer = |i: usize| {
+    (0..3).map(move |i| {
         let quantity = MeasuredQuantity::Rate(3 + i);
         MeasuredChannel::new(format!("a{}", i + 1), ChannelRole::Acceleration(i), "m/s^2", quantity, noisy)
-    };
+    })
+}
+
+/// The records of a setup as a file.
+fn measured(folder: &Path, name: &str, setup: &Setup) -> PathBuf {
+    let path = folder.join(name);
+    write_csv(&setup.run().unwrap().records, &mut std::fs::File::create(&path).unwrap(), &[]).unwrap();
+    path
+}
+
+/// Three masses with three accelerometers, driven at the first: two records.
+fn instrumented(folder: &Path) -> PathBuf {
+    let smooth = chain(1, Some((Term::parse("u").unwrap(), 1.0)), None);
+    let plant = Plant { smooth, contacts: Vec::new() };
     let force = MeasuredChannel::new("u", ChannelRole::Input(0), "N", MeasuredQuantity::Input(0), Sensor::PERFECT);
     let sampling = SampleTimes { start: 0.0, interval: 0.02, count: 1500 };
     let drives = (0..2_u64).map(|k| {
         let force = Excitation::multisine(40.0, (0.5, 10.0), 60, 11 + k);
         RecordDrive::new(format!("run {}", k + 1), vec![force], vec![0.0; 6], sampling)
     });
-    let sensors = Sensors::new((0..3).map(accelerometer).chain([force]));
-    let setup = Setup { plant, drives: drives.collect(), sensors, seed: 3 };
-    let path = folder.join("frame.csv");
-    write_csv(&setup.run().unwrap().records, &mut std::fs::File::create(&path).unwrap(), &[]).unwrap();
-    path
+    let sensors = Sensors::new(accelerometers().chain([force]));
+    measured(folder, "frame.csv", &Setup { plant, drives: drives.collect(), sensors, seed: 3 })
+}
+
+/// The same masses after a blow at the first, a damper at the third: its damping is not in proportion to the springs.
+fn struck(folder: &Path) -> PathBuf {
+    let smooth = chain(0, None, Some((Term::parse("v3").unwrap(), -2.0)));
+    let plant = Plant { smooth, contacts: Vec::new() };
+    let sampling = SampleTimes { start: 0.0, interval: 0.01, count: 800 };
+    let blow = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    let drives = vec![RecordDrive::new("blow", Vec::new(), blow, sampling)];
+    measured(folder, "blow.csv", &Setup { plant, drives, sensors: Sensors::new(accelerometers()), seed: 5 })
 }
 
 fn frequencies(window: &Window) -> Vec<f64> {
@@ -80,6 +102,30 @@ fn many_sensors_are_proposed_as_a_structure_and_its_modes_are_found() {
     assert!(window.shows("EQUATION") && !window.shows("Identify its modes"), "it is not asked again");
     window.press(CTRL, Key::Z);
     assert_eq!(frequencies(&window), found);
+}
+
+#[test]
+fn the_views_are_drawn_in_the_dark_and_complex_shapes_in_their_plane() {
+    let home = tempfile::tempdir().unwrap();
+    let of = |path: PathBuf| State::with_source(Source::Files(vec![path]), egui::ThemePreference::Dark);
+    let mut window = Window::open(of(instrumented(home.path())));
+    window.click("Identify its modes");
+    look_at(&mut window, "modes_stabilization_dark");
+    window.click("Responses");
+    look_at(&mut window, "modes_responses_dark");
+    window.click("Shapes");
+    assert!(!window.shows("complex plane"), "shapes that an input drives are real");
+    look_at(&mut window, "modes_shapes_dark");
+    for (state, name) in [
+        (start(Source::Files(vec![struck(home.path())])), "modes_complex"),
+        (of(struck(home.path())), "modes_complex_dark"),
+    ] {
+        let mut window = Window::open(state);
+        window.click("Identify its modes");
+        window.click("Shapes");
+        assert!(window.shows("complex plane"), "the third mass comes late");
+        look_at(&mut window, name);
+    }
 }
 
 #[test]
