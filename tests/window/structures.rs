@@ -122,6 +122,10 @@ fn the_views_are_drawn_in_the_dark_and_complex_shapes_in_their_plane() {
     ] {
         let mut window = Window::open(state);
         window.click("Identify its modes");
+        window.0.get_by_role_and_label(Role::ComboBox, "Number of modes").click();
+        window.settle();
+        window.0.get_by_role_and_label(Role::Button, "3").click();
+        window.settle();
         window.click("Shapes");
         assert!(window.shows("complex plane"), "the third mass comes late");
         look_at(&mut window, name);
@@ -176,12 +180,12 @@ fn which_input_is_the_force_of_a_component_can_be_chosen() {
         format!("{t},{x},{force},{}\n", 2.0 * force)
     };
     let table: String = (0..2000).map(row).collect();
-    std::fs::write(&path, format!("t [s],x [m],load_1 [N],load_2 [N]\n{table}")).unwrap();
+    std::fs::write(&path, format!("t [s],x [m],force1 [N],force2 [N]\n{table}")).unwrap();
     let mut window = Window::of_files(vec![path]);
     window.click("component without a mass");
     // Both look like forces: nothing is guessed.
     assert!(window.app().component().is_none() && window.shows("choose…"));
-    for (name, stiffness) in [("load_1", 3.0), ("load_2", 6.0)] {
+    for (name, stiffness) in [("force1", 3.0), ("force2", 6.0)] {
         window.click("Force of the component");
         window.click(name);
         let found = window.app().component().expect("a force");

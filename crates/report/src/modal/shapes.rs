@@ -35,16 +35,17 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
         (None, positions) => placed(structure, &modes, positions, subject.options.swing),
     };
     let shown = chosen.map_or_else(|| modes.clone(), |one| vec![one]);
-    let complex = complex_plane(&shown, subject.options.swing);
     let mut figure = Figure {
-        rows: vec![PanelRow::new([Some(shape), complex, Some(assurances(structure, &modes))].into_iter().flatten().collect(), 1.0)],
+        rows: vec![PanelRow::new(vec![shape, assurances(structure, &modes)], 1.0)],
         caption: "Shapes of the modes over the sensors, the largest entry one, negative where a sensor swings against it; and the \
                   modal assurance criterion of each pair of shapes."
             .into(),
         height: 280.0,
         ..Figure::default()
     };
-    if shown.iter().any(|(_, mode)| is_complex(mode)) {
+    if let Some(complex) = complex_plane(&shown, subject.options.swing) {
+        figure.rows.push(PanelRow::new(vec![complex], 1.0));
+        figure.height *= 2.0;
         figure.caption.push_str(
             " In the complex plane each sensor's entry is drawn from the origin: in phase or against it they lie on one line, as \
              where damping is proportional; sensors that come sooner or later stand off it.",
@@ -113,8 +114,9 @@ fn complex_plane(modes: &[(usize, &Mode)], swing: Option<f64>) -> Option<Panel> 
     if complex.is_empty() {
         return None;
     }
-    let axis = |name: &str| Axis::linear(name, "", (-1.15, 1.15));
-    let mut panel = Panel::new("complex plane", axis("real part"), axis("imaginary part"));
+    // The panel is about twice as wide as high: a circle stays one.
+    let axis = |name: &str, reach: f64| Axis::linear(name, "", (-reach, reach));
+    let mut panel = Panel::new("complex plane", axis("real part", 2.3), axis("imaginary part", 1.15));
     panel.guides.push(Guide::Level { ink: Ink::Cursor, at: 0.0, text: String::new() });
     panel.title = match complex[..] {
         [(number, mode)] => format!("mode {} in the complex plane", mode_name(*number, mode)),
