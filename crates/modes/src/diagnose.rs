@@ -13,9 +13,9 @@ use super::identify::{Path, PathRequest, Split, chosen_path, inflation, linear, 
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
-    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES,
-    MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
-    SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LAST_POLE_STEPS, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN,
+    MOST_CANDIDATES, MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS,
+    SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, SensorSeries};
@@ -100,7 +100,7 @@ impl StructureDiagnosis {
     pub fn redrawn(&self, records: &RecordSet, cancel: &Cancel) -> Result<Self, ModesError> {
         let measurement = Measurement::new(records, cancel)?;
         let split = Split::new(&measurement);
-        let path = chosen_path(&measurement, &split, &self.poles, cancel)?;
+        let path = chosen_path(&measurement, &split, &self.poles, 0, cancel)?;
         let noise = noise(&split);
         let chosen = ChosenPoles(&[]);
         let search = ForceSearch { measurement: &measurement, split: &split, path: &path, chosen, fixed: None, noise };
@@ -212,7 +212,7 @@ pub fn diagnose(
         let request = PathRequest { modes: base.modes, ..PathRequest::default() };
         (path(&measurement, &split, &request, cancel)?, base.modes)
     } else {
-        (chosen_path(&measurement, &split, &base.poles, cancel)?, Some(base.poles.len()))
+        (chosen_path(&measurement, &split, &base.poles, LAST_POLE_STEPS, cancel)?, Some(base.poles.len()))
     };
     let chosen = ChosenPoles(&base.poles);
     let start = if base.poles.is_empty() { &path.steps[path.chosen].poles } else { &base.poles };

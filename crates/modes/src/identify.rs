@@ -158,16 +158,17 @@ pub(crate) fn path(
     Ok(Path { steps, chosen })
 }
 
-/// The only step of a path whose poles were chosen by hand: fitted from these, and judged as any other.
+/// The only step of a path whose poles are known: refined by so many steps, and judged as any other.
 pub(crate) fn chosen_path(
     measurement: &Measurement,
     split: &Split,
     poles: &[Pole],
+    refinement: usize,
     cancel: &Cancel,
 ) -> Result<Path, ModesError> {
     let task = LinearTask::new(&split.fitted, &measurement.sensors, None, 1);
     let unseen = LinearTask::new(&split.unseen, &measurement.sensors, None, 1);
-    let fit = task.refine(poles, LAST_POLE_STEPS, cancel);
+    let fit = task.refine(poles, refinement, cancel);
     let step = fit.and_then(|fit| judged(measurement, split, (&task, &unseen), &fit));
     let failed = || if cancel.is_cancelled() { ModesError::Cancelled } else { ModesError::NoMode };
     Ok(Path { steps: vec![step.ok_or_else(failed)?], chosen: 0 })
