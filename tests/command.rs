@@ -664,6 +664,8 @@ fn a_report_of_modes_says_the_command_that_makes_it_again() {
     }
     let poles = ["report", "mast.csv", "--base", "modes", "--poles", "1.5:0.01,4:0.01", "--out", "mast.pdf"];
     done(here.path(), &poles);
+    let walk = done(here.path(), &["diagnose", "mast.csv", "--base", "modes", "--poles", "1.5:0.01,4:0.01"]);
+    assert!(walk.contains("1.5") && walk.contains("Nothing is missing"), "{walk}");
     refused(here.path(), &["report", "mast.csv", "--modes", "2", "--out", "a.html"], 2);
     refused(here.path(), &["report", "mast.csv", "--base", "modes", "--poles", "1.5", "--out", "a.html"], 2);
 }

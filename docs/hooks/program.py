@@ -129,7 +129,7 @@ def on_files(files, config):
                 if picture.name in file.content_string:
                     files.append(File.generated(config, beside, abs_src_path=str(picture)))
     # The window's own pictures are made with the window.
-    names = ("window.png", "map.png", "missing.png", "rig.png", "report.png", "stream.png", "series.png", "web.png", "web-dark.png", "structure-stabilization.png", "structure-responses.png")
+    names = ("window.png", "map.png", "missing.png", "rig.png", "report.png", "stream.png", "series.png", "web.png", "web-dark.png", "structure-stabilization.png", "structure-stabilization-dark.png", "structure-responses.png", "structure-shapes.png", "structure-shapes-dark.png")
     for name in names:
         files.append(File.generated(config, f"pictures/{name}", abs_src_path=str(root / "assets" / name)))
     return files

@@ -22,6 +22,7 @@ use sindyscope_values::record::{RecordSet, Usage};
 
 use super::columns::{self, Preview};
 use super::disk;
+use super::missing::DROPPED;
 use super::missing::work::{self as search, CachedSearch};
 use super::modal::ModalFigureRequest;
 use super::open::{self, Opened, Opening, Refused};
@@ -125,8 +126,8 @@ pub(crate) enum Job {
     ComponentSearch { records: RecordSet, source: RecordSource },
     /// Identify the modes of a structure.
     Modes { records: RecordSet, base: Base },
-    /// Look for the force that so many modes lack, or as many as the data bear.
-    ModalSearch { records: RecordSet, modes: Option<usize> },
+    /// Look for the force that the modes of a structure lack, or show again what was kept of such a search.
+    ModalSearch { records: RecordSet, base: Base, kept: Option<Arc<StructureDiagnosis>> },
     /// Repeat the regression on resampled data.
     Resample { records: RecordSet, settings: Settings },
     /// Make pinned outcomes again, by their places among the pins.
@@ -330,9 +331,15 @@ impl Work for Job {
                 let base = base.placed(file.and_then(sindyscope_files::positions_in).as_deref());
                 Done::Modes(Arc::new(analyse(&records, &base, &stage, cancel).map_err(modal_sentence)?))
             }
-            Self::ModalSearch { records, modes } => Done::ModalSearched(Arc::new(
-                sindyscope_modes::diagnose(&records, modes, &stage, cancel).map_err(modal_sentence)?,
+            Self::ModalSearch { records, base, kept: None } => Done::ModalSearched(Arc::new(
+                sindyscope_modes::diagnose(&records, &base, &stage, cancel).map_err(modal_sentence)?,
             )),
+            Self::ModalSearch { records, base, kept: Some(kept) } => {
+                if !kept.is_of(&records, &base) {
+                    return Err(DROPPED.to_owned());
+                }
+                Done::ModalSearched(Arc::new(kept.redrawn(&records, cancel).map_err(modal_sentence)?))
+            }
             Self::Resample { records, settings } => {
                 Done::Resampled(memory.study.ensemble(&records, &settings, cancel).map_err(sentence)?)
             }

@@ -72,7 +72,8 @@ pub use replay::{Replayed, replay};
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use report::headless::project as report_of_project;
 pub use state::{
-    Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, Guess, LessonPosition, LessonProgress,
-    OwnEffects, Pin, RigState, Sample, SeriesForm, SeriesOver, Shown, Source, State, StreamForm, Walk, WalkView,
+    Base, ClassCase, ClassRound, ClassState, Document, Edit, FolderReading, FoundBeside, Guess, LessonPosition,
+    LessonProgress, OwnEffects, Pin, RigState, Sample, SeriesForm, SeriesOver, Shown, Source, State, StreamForm, Walk,
+    WalkView,
 };
 pub use window::App;

@@ -27,14 +27,15 @@ pub(super) struct BatchOptions {
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Search each record for missing effects, as diagnose does: the row has the verdict, the effects with their parameters, and the errors
-    /// without and with them. Of the settings it takes terms (the base model), lock, initial, and how records are read
+    /// without and with them. Of the settings it takes terms (the base model), lock, initial, and how records are read; reports take
+    /// the others for the equation that they begin with
     #[arg(long)]
     diagnose: bool,
     /// Most effects that are added
     #[arg(long, value_name = "N", default_value_t = MAX_EFFECTS, value_parser = clap::value_parser!(u8).range(..=20), requires = "diagnose")]
     max_effects: u8,
-    /// Write a report of each record into this folder, as HTML
-    #[arg(long, value_name = "FOLDER", conflicts_with = "diagnose")]
+    /// Write a report of each record into this folder, as HTML: its equation and, with --diagnose, what the search found
+    #[arg(long, value_name = "FOLDER")]
     reports: Option<PathBuf>,
     /// Do the K-th of N parts alone, as a task of a job array does; the same without --part does what is left and writes the table
     #[arg(long, value_name = "K/N")]
@@ -47,7 +48,7 @@ pub(super) fn run(options: &BatchOptions, progress: &ProgressLine) -> CommandRes
     let items = batch_items(records).map_err(Failure::from)?;
     let study = settings.as_deref().map(settings_of_file).transpose().map_err(Failure::from)?;
     let study: AnalysisRequest = study.unwrap_or_default();
-    let missing = diagnose.then(|| missing_of_settings(&study, *max_effects)).transpose()?;
+    let missing = diagnose.then(|| missing_of_settings(&study, *max_effects, reports.is_some())).transpose()?;
     let request = BatchRequest { items, study, missing, out: out.clone(), reports: reports.clone(), part: *part };
     let summary = batch(&request, &Cancel::default(), &|told| progress.show(told)).map_err(Failure::from)?;
     let BatchSummary { records, now, before, failed, left, written } = summary;

@@ -121,8 +121,7 @@ pub(super) fn report(
     let base = &placed(base, &records);
     let analysis = sindyscope_modes::analyse(&records, base, &tell, &Cancel::default()).map_err(Failure::from)?;
     let fit = watch.milliseconds();
-    let modes = if base.poles.is_empty() { base.modes } else { Some(base.poles.len()) };
-    let search = || sindyscope_modes::diagnose(&records, modes, &tell, &Cancel::default()).map_err(Failure::from);
+    let search = || sindyscope_modes::diagnose(&records, base, &tell, &Cancel::default()).map_err(Failure::from);
     let diagnosis = diagnose.then(search).transpose()?;
     progress.stage("drawing");
     let &ReportShape { title, command, paper, out } = shape;
@@ -169,16 +168,11 @@ pub(super) fn diagnose(
     progress: &ProgressLine,
 ) -> CommandResult {
     written.endings()?;
-    if !base.0.poles.is_empty() {
-        return Err(Failure::new("a search chooses its poles itself")
-            .try_this("leave --poles out, or give --modes")
-            .into());
-    }
     progress.stage("reading");
     let records = source.read()?;
     let watch = Stopwatch::start();
     let tell = |what: &'static str, share: f64| progress.share(what, share);
-    let found = sindyscope_modes::diagnose(&records, base.0.modes, &tell, &Cancel::default()).map_err(Failure::from)?;
+    let found = sindyscope_modes::diagnose(&records, &base.0, &tell, &Cancel::default()).map_err(Failure::from)?;
     let elapsed = watch.milliseconds();
     let space = StateSpace::new(&found.last, found.found.as_ref());
     let json = written.write(&space, &records, &diagnosed(&found, &records, elapsed))?;

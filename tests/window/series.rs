@@ -155,6 +155,14 @@ fn a_series_is_opened_by_name_survives_a_restart_and_says_what_is_wrong_with_a_t
     again.press(Modifiers::NONE, Key::Enter);
     again.give_path(&home.path().join("other.csv"), "Open");
     assert!(again.app().shown_series().is_none() && again.shows("cannot read"), "the reason stands in the centre");
+    // A Parquet file that is none, or another's, is no measurement either.
+    std::fs::write(home.path().join("broken.parquet"), [b"PAR1", [0; 40].as_slice(), b"PAR1"].concat()).unwrap();
+    again.press(CTRL, Key::K);
+    again.0.run_steps(2);
+    again.type_into("Find a command", "open a series");
+    again.press(Modifiers::NONE, Key::Enter);
+    again.give_path(&home.path().join("broken.parquet"), "Open");
+    assert!(again.shows("broken.parquet: ") && again.shows("Other table…") && !again.shows("Choose the columns…"));
     // One that is added to others is refused in words.
     std::fs::copy(&table, home.path().join("copy.csv")).unwrap();
     again.0.state_mut().open(vec![table, home.path().join("copy.csv")]);

@@ -45,4 +45,4 @@ pub use diagnose::{AddedEffect, ComponentDiagnosis, EffectParameter, TriedEffect
 pub use error::ComponentError;
 pub use identify::{ForceSettings, IdentifiedForce, candidate_terms, identify};
 pub use outcome::{ComponentModel, ForceFit};
-pub use specimen::{GivenMotion, Specimen};
+pub use specimen::{GivenMotion, Specimen, force_candidates, force_channel};

@@ -79,7 +79,7 @@ impl Specimen {
     /// No record to fit, no force, no motion, records with other channels, too few samples, or cancelled.
     pub fn new(records: &RecordSet, force: Option<&str>, cancel: &Cancel) -> Result<Self, ComponentError> {
         let first = records.with(Usage::Fit).next().ok_or(ComponentError::NothingToFit)?;
-        let force = Self::force_role(first, force)?;
+        let force = force_channel(first, force)?.role;
         let used = || records.entries.iter().filter(|(_, usage)| *usage != Usage::Off);
         let inputs: Vec<Role> =
             first.measured().map(|c| c.role).filter(|r| matches!(r, Role::Input(_)) && *r != force).collect();
@@ -174,34 +174,6 @@ impl Specimen {
         })
     }
 
-    /// Which channel is the force: the one that is named, the only input, the one whose name or unit says so.
-    fn force_role(record: &Record, force: Option<&str>) -> Result<Role, ComponentError> {
-        let inputs: Vec<&Channel> = record.measured().filter(|c| matches!(c.role, Role::Input(_))).collect();
-        let bare = |text: &str| text.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
-        if let Some(name) = force
-            && let Some(found) = inputs.iter().find(|c| bare(&c.name) == bare(name))
-        {
-            return Ok(found.role);
-        }
-        let word = |c: &Channel| c.name.to_lowercase().split([' ', '_', '-', '.']).next().map(str::to_owned);
-        let by_name =
-            |c: &&&Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
-        let by_unit = |c: &&&Channel| FORCE_UNITS.contains(&c.unit.trim().to_lowercase().as_str());
-        let only = |found: Vec<&&Channel>| if let [only] = found.as_slice() { Some(only.role) } else { None };
-        let all: Vec<&&Channel> = inputs.iter().collect();
-        let named = only(inputs.iter().filter(by_name).collect());
-        // Named by its number in the table: what is named last.
-        let told = force.and_then(|_| inputs.last().map(|c| c.role));
-        let found = told.or_else(|| only(all)).or(named).or_else(|| only(inputs.iter().filter(by_unit).collect()));
-        found.ok_or_else(|| match inputs.is_empty() {
-            true => ComponentError::NoForce { record: record.name.clone() },
-            false => ComponentError::WhichForce {
-                record: record.name.clone(),
-                names: inputs.iter().map(|c| format!("`{}`", c.name)).collect::<Vec<_>>().join(", "),
-            },
-        })
-    }
-
     /// Name and unit of the force.
     pub fn force(&self) -> (&str, &str) {
         (&self.force_name, &self.force_unit)
@@ -235,6 +207,42 @@ impl Specimen {
     pub(crate) fn reach(&self, series: impl Fn(&RecordPath) -> &[f64]) -> f64 {
         self.paths.iter().flat_map(|p| series(p).iter()).fold(0.0, |most: f64, v| most.max(v.abs()))
     }
+}
+
+/// The channels of a record that may be the force of a component: its inputs.
+pub fn force_candidates(record: &Record) -> impl Iterator<Item = &Channel> {
+    record.measured().filter(|c| matches!(c.role, Role::Input(_)))
+}
+
+/// The channel that is the force of a component: the one that is named, the only input, the one whose name or unit says so.
+///
+/// # Errors
+/// The record has no input, or several of which none is named and none or more than one looks like a force.
+pub fn force_channel<'a>(record: &'a Record, force: Option<&str>) -> Result<&'a Channel, ComponentError> {
+    let inputs: Vec<&Channel> = force_candidates(record).collect();
+    let bare = |text: &str| text.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
+    if let Some(name) = force
+        && let Some(found) = inputs.iter().find(|c| bare(&c.name) == bare(name))
+    {
+        return Ok(found);
+    }
+    let word = |c: &Channel| c.name.to_lowercase().split([' ', '_', '-', '.']).next().map(str::to_owned);
+    let by_name = |c: &Channel| word(c).is_some_and(|w| FORCE_WORDS.contains(&w.trim_end_matches(char::is_numeric)));
+    let by_unit = |c: &Channel| FORCE_UNITS.contains(&c.unit.trim().to_lowercase().as_str());
+    let only = |is_one: &dyn Fn(&Channel) -> bool| {
+        let mut all = inputs.iter().copied().filter(|c| is_one(c));
+        all.next().filter(|_| all.next().is_none())
+    };
+    // Named by its number in the table: what is named last.
+    let told = force.and_then(|_| inputs.last().copied());
+    let found = told.or_else(|| only(&|_| true)).or_else(|| only(&by_name)).or_else(|| only(&by_unit));
+    found.ok_or_else(|| match inputs.is_empty() {
+        true => ComponentError::NoForce { record: record.name.clone() },
+        false => ComponentError::WhichForce {
+            record: record.name.clone(),
+            names: inputs.iter().map(|c| format!("`{}`", c.name)).collect::<Vec<_>>().join(", "),
+        },
+    })
 }
 
 /// Standard deviation of a force's noise, estimated: the smaller one of what its spectrum and what the median of its third

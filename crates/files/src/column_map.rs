@@ -56,6 +56,12 @@ impl ColumnMap {
         self.force.as_deref()
     }
 
+    /// The same with this column as the force of a component.
+    #[must_use]
+    pub fn with_force(self, column: impl Into<String>) -> Self {
+        Self { force: Some(column.into()), ..self }
+    }
+
     /// What each named column is. Beside a force of a component, inputs count from 1 and the force is the one after them.
     pub(super) fn assigned(&self) -> Vec<(ColumnKey, &str)> {
         let numbered = |key: ColumnKey| match (key.quantity, key.number, &self.force) {

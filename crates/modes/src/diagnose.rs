@@ -1,17 +1,21 @@
 //! What a linear structure lacks: candidates screened linearly, fitted in closed loop, judged on data never fitted.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use std::borrow::Cow;
 
+use nalgebra::{Complex, DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::chosen::ChosenPoles;
 use super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::error::ModesError;
 use super::force::{Effect, Site};
-use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
+use super::identify::{Path, PathRequest, Split, chosen_path, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
     AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
-    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN, MOST_CANDIDATES,
-    MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
-    SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LAST_POLE_STEPS, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN,
+    MOST_CANDIDATES, MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS,
+    SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, SensorSeries};
@@ -19,17 +23,24 @@ use super::motion::PARTS;
 use super::outcome::Structure;
 use super::pole::{self, Pole};
 use super::screen::{ForceCandidate, Screen, SiteKind, deviation};
+use super::settings::Base;
 use super::start::RecordStart;
 use super::study::{in_band, noise_floor, record_fits, structure};
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
-use sindyscope_search::Lead;
+use sindyscope_search::{Found, Lead};
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::RecordSet;
 
 /// The outcome of a search.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StructureDiagnosis {
+    /// What it was found of: what tells the records from others, and the base that was asked for.
+    of: (String, Base),
+    /// The poles of the linear model, fitted to what is not held back to judge.
+    poles: Vec<Pole>,
+    /// The model with the force.
+    model: Option<ClosedModel>,
     /// The linear model.
     pub base: Structure,
     /// The model at the end; its modes are those of the linear part.
@@ -41,7 +52,9 @@ pub struct StructureDiagnosis {
     /// RMS of what the model leaves on data never fitted over that of the noise, or over half a per cent of the motion where the noise
     /// is less.
     pub noises: f64,
-    /// What the linear model and the one at the end leave of the data that neither was fitted to.
+    /// What the linear model and the one at the end leave of the data that neither was fitted to; empty where the rest was kept in a
+    /// file: see [`Self::redrawn`].
+    #[serde(skip)]
     pub unseen: Vec<UnseenRecord>,
 }
 
@@ -72,10 +85,37 @@ impl StructureDiagnosis {
             None => "unexplained",
         }
     }
+
+    /// True if it was found of these records, used in this way, and from this base.
+    pub fn is_of(&self, records: &RecordSet, base: &Base) -> bool {
+        let (of, asked) = &self.of;
+        asked == base && *of == Found::records_of(records)
+    }
+
+    /// The same with what its models leave of the data that they were not fitted to, after it was kept in a file: nothing is
+    /// searched for.
+    ///
+    /// # Errors
+    /// The records are others, or cancelled.
+    pub fn redrawn(&self, records: &RecordSet, cancel: &Cancel) -> Result<Self, ModesError> {
+        let measurement = Measurement::new(records, cancel)?;
+        let split = Split::new(&measurement);
+        let path = chosen_path(&measurement, &split, &self.poles, 0, cancel)?;
+        let noise = noise(&split);
+        let chosen = ChosenPoles(&[]);
+        let search = ForceSearch { measurement: &measurement, split: &split, path: &path, chosen, fixed: None, noise };
+        let after = self.model.as_ref().and_then(|model| search.unseen(model, model.parts(), cancel));
+        if cancel.is_cancelled() {
+            return Err(ModesError::Cancelled);
+        }
+        let before = &path.steps[path.chosen].residuals.unseen;
+        let unseen = unseen_records(&measurement, &split, before, after.as_ref().map(|a| a.residuals.as_slice()));
+        Ok(Self { unseen, ..self.clone() })
+    }
 }
 
 /// A force beside the linear structure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundForce {
     /// Its kind.
     pub effect: Effect,
@@ -94,10 +134,10 @@ pub struct FoundForce {
 }
 
 /// A parameter of a force.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceParameter {
     /// Its symbol.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its value; a force is told as the acceleration that it makes at its place.
     pub value: f64,
     /// Its standard error; none where it is not known.
@@ -154,45 +194,63 @@ struct FittedStructure {
 
 /// Searches for the force that a linear structure lacks.
 ///
-/// `modes` fixes the number of modes; `report` hears what is done and its share.
+/// `base` says how many modes the structure has, or from which poles they are fitted: then each stands for one mode, which the force
+/// may move, and none is added. `report` hears what is done and its share.
 ///
 /// # Errors
 /// As [`super::identify`].
 pub fn diagnose(
     records: &RecordSet,
-    modes: Option<usize>,
+    base: &Base,
     report: &(dyn Fn(&'static str, f64) + Sync),
     cancel: &Cancel,
 ) -> Result<StructureDiagnosis, ModesError> {
     let measurement = Measurement::new(records, cancel)?;
     let split = Split::new(&measurement);
     report("looking for modes", 0.0);
-    let path = path(&measurement, &split, &PathRequest { modes, ..PathRequest::default() }, cancel)?;
-    let base = linear(&measurement, &path.steps[path.chosen].poles, cancel)?;
+    let (path, fixed) = if base.poles.is_empty() {
+        let request = PathRequest { modes: base.modes, ..PathRequest::default() };
+        (path(&measurement, &split, &request, cancel)?, base.modes)
+    } else {
+        (chosen_path(&measurement, &split, &base.poles, LAST_POLE_STEPS, cancel)?, Some(base.poles.len()))
+    };
+    let chosen = ChosenPoles(&base.poles);
+    let start = if base.poles.is_empty() { &path.steps[path.chosen].poles } else { &base.poles };
+    let linear = linear(&measurement, start, cancel)?;
     let linear_error = path.steps[path.chosen].residuals.unseen_rms();
     let noise = noise(&split);
-    let plain = |base: &Linear, explained: bool| StructureDiagnosis {
-        base: structure(&measurement, base),
-        last: structure(&measurement, base),
+    let of = (Found::records_of(records), base.clone());
+    let poles = path.steps[path.chosen].poles.clone();
+    let before = &path.steps[path.chosen].residuals.unseen;
+    let plain = |explained: bool| StructureDiagnosis {
+        of: of.clone(),
+        poles: poles.clone(),
+        model: None,
+        base: structure(&measurement, &linear),
+        last: structure(&measurement, &linear),
         found: None,
         explained,
         noises: linear_error / noise,
-        unseen: unseen_records(&measurement, &split, &path.steps[path.chosen].residuals, None),
+        unseen: unseen_records(&measurement, &split, before, None),
     };
     if linear_error < NOTHING_MISSING * noise {
-        return Ok(plain(&base, true));
+        return Ok(plain(true));
     }
-    let search = ForceSearch { measurement: &measurement, split: &split, path: &path, fixed: modes, noise };
+    let search = ForceSearch { measurement: &measurement, split: &split, path: &path, chosen, fixed, noise };
     report("asking which force is missing", 0.05);
     let fitted = search.fitted(report, cancel)?;
     let period = main_period(&split.fitted);
     let chosen = search.chosen(fitted, period);
-    let Some((best, lead, rivals, tried)) = chosen else { return Ok(plain(&base, false)) };
+    let Some((best, lead, rivals, tried)) = chosen else { return Ok(plain(false)) };
     let (error, noise) = (best.error, search.noise_in(&best.residuals.unseen));
-    let unseen = unseen_records(&measurement, &split, &path.steps[path.chosen].residuals, Some(&best.residuals));
+    let unseen = unseen_records(&measurement, &split, before, Some(&best.residuals.unseen));
+    let model = Some(best.model.clone());
     let (last, found) = search.told(best, lead, rivals, tried);
     Ok(StructureDiagnosis {
-        base: structure(&measurement, &base),
+        base: structure(&measurement, &linear),
+        of,
+        poles,
+        model,
         last,
         found: Some(found),
         explained: error < EXPLAINS * noise,
@@ -205,8 +263,8 @@ pub fn diagnose(
 fn unseen_records(
     measurement: &Measurement,
     split: &Split,
-    before: &Residuals,
-    after: Option<&Residuals>,
+    before: &[Vec<Vec<f64>>],
+    after: Option<&[Vec<Vec<f64>>]>,
 ) -> Vec<UnseenRecord> {
     let scaled = |all: &[Vec<f64>]| -> Vec<Vec<f64>> {
         all.iter().zip(&measurement.sensors).map(|(s, sensor)| s.iter().map(|v| v * sensor.scale).collect()).collect()
@@ -215,8 +273,8 @@ fn unseen_records(
         name: series.name.clone(),
         interval: series.interval,
         measured: scaled(&series.outputs),
-        before: scaled(&before.unseen[k]),
-        after: after.map(|a| scaled(&a.unseen[k])),
+        before: scaled(&before[k]),
+        after: after.map(|a| scaled(&a[k])),
     };
     split.unseen.iter().enumerate().map(of).collect()
 }
@@ -236,6 +294,8 @@ struct ForceSearch<'a> {
     measurement: &'a Measurement,
     split: &'a Split,
     path: &'a Path,
+    /// The poles that were chosen by hand.
+    chosen: ChosenPoles<'a>,
     fixed: Option<usize>,
     noise: f64,
 }
@@ -318,7 +378,8 @@ impl ForceSearch<'_> {
             })
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
-        let screen = Screen { measurement: self.measurement, split: self.split, poles, modes, noises };
+        let Self { measurement, split, chosen, .. } = *self;
+        let screen = Screen { measurement, split, poles, chosen, modes, noises };
         let explains = |f: &FittedStructure| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
         let mut all: Vec<FittedStructure> = Vec::new();
         let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
@@ -402,7 +463,7 @@ impl ForceSearch<'_> {
         let rival = standing.explained;
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
         let across = Screen::across(self.measurement, candidate.site)?;
-        let parts = if candidate.effect.is_of_velocity() { PARTS } else { 2 };
+        let parts = candidate.effect.parts();
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
         let bound = (HOPELESS_NOISES * standing.noise).max(HOPELESS * standing.error.min(self.linear_error()));
@@ -856,7 +917,7 @@ impl ForceSearch<'_> {
 
     fn told_closed(&self, model: &ClosedModel, course: &Course, residuals: &Residuals, unit: &str) -> ToldModel {
         let (sensors, inputs) = (&self.measurement.sensors, &self.measurement.inputs);
-        let parts = if model.effect.is_of_velocity() { PARTS } else { 2 };
+        let parts = model.parts();
         let of = course.along(sensors, &self.split.fitted, parts);
         let count = residuals.fitted.iter().flatten().count().max(1);
         let inflated = residuals.fitted.iter().flatten().map(|r| inflation(r)).sum::<f64>() / count as f64;
@@ -921,7 +982,8 @@ impl ForceSearch<'_> {
             (2, _) => format!("1/({unit} s^2)"),
             _ => format!("1/({unit}^2 s^2)"),
         };
-        let mut parameters = vec![ForceParameter { name, value: size, std_error: size_error, unit: unit_of }];
+        let mut parameters =
+            vec![ForceParameter { name: name.into(), value: size, std_error: size_error, unit: unit_of }];
         let inner_names: &[&str] = match model.effect {
             Effect::Clearance => &["gap"],
             Effect::BoucWenHysteresis => &["x_b", "gamma/beta"],
@@ -930,7 +992,7 @@ impl ForceSearch<'_> {
         for (k, name) in inner_names.iter().enumerate() {
             let at = model.shared() - inner_names.len() + k;
             parameters.push(ForceParameter {
-                name,
+                name: (*name).into(),
                 value: model.inner[k],
                 std_error: error(at).map(|e| e * model.effect.inner_scale(k, model.inner)),
                 unit: if k == 0 { unit.to_owned() } else { String::new() },

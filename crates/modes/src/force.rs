@@ -2,8 +2,11 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::hysteresis::Hysteresis;
 use super::limits::{MAX_CHANGE, RATIOS};
+use super::motion::PARTS;
 
 /// A force along a step on which the motion goes straight: its mean, its value at the end, and what changes either.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +30,7 @@ pub(crate) struct PassSlopes {
 ///
 /// What is inside it: of a clearance the gap, of friction the velocity within which it changes its sign, of hysteresis the
 /// displacement at which it yields and the ratio of its loops' shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Effect {
     /// k x³.
     CubicStiffness,
@@ -76,6 +79,11 @@ impl Effect {
             Self::QuadraticStiffness => "Quadratic stiffness",
             Self::BoucWenHysteresis => "Bouc–Wen hysteresis",
         }
+    }
+
+    /// Steps of the integration between two samples: a force of the velocity is sharper.
+    pub(crate) fn parts(self) -> usize {
+        if self.is_of_velocity() { PARTS } else { 2 }
     }
 
     /// True if it depends on the velocity, else on the displacement.
@@ -235,7 +243,7 @@ impl Effect {
 }
 
 /// Where a force acts; places count from zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Site {
     /// Between a place and the ground.
     Ground(usize),

@@ -113,7 +113,6 @@ pub(crate) fn path(
 ) -> Result<Path, ModesError> {
     let mut pool = request.known.to_vec();
     pool.extend(self::pool(&split.fitted, None, request.rates));
-    let period = main_period(&split.fitted);
     let rows: usize = split.fitted.iter().map(SensorSeries::len).sum();
     let task = LinearTask::new(&split.fitted, &measurement.sensors, None, 1);
     let coarse = LinearTask::new(&split.fitted, &measurement.sensors, None, rows / CHOICE_ROWS);
@@ -127,18 +126,11 @@ pub(crate) fn path(
         if cancel.is_cancelled() {
             return Err(ModesError::Cancelled);
         }
-        let Some(next) = further(&coarse, &poles, &pool) else { break };
+        let Some(next) = further(&coarse, &poles, &pool, &|p| is_new(&poles, p)) else { break };
         poles.push(next);
         let Some(fit) = task.refine(&poles, request.steps, cancel) else { break };
         poles.clone_from(&fit.poles);
-        let Some(left) = unseen.unseen(&fit) else { break };
-        let residuals = Residuals {
-            fitted: residuals(&task, &fit, &split.fitted),
-            unseen: left,
-            unknowns: unknowns(measurement, &fit.poles),
-        };
-        let densities = residuals.densities(&split.intervals(), period);
-        let step = ModePathStep { poles: poles.clone(), residuals, densities };
+        let Some(step) = judged(measurement, split, (&task, &unseen), &fit) else { break };
         let better = steps.get(chosen).is_none_or(|best: &ModePathStep| {
             step.residuals.unseen_rms() < (1.0 - MODE_GAIN) * best.residuals.unseen_rms()
                 && beats(&step.densities, &best.densities)
@@ -166,6 +158,38 @@ pub(crate) fn path(
     Ok(Path { steps, chosen })
 }
 
+/// The only step of a path whose poles are known: refined by so many steps, and judged as any other.
+pub(crate) fn chosen_path(
+    measurement: &Measurement,
+    split: &Split,
+    poles: &[Pole],
+    refinement: usize,
+    cancel: &Cancel,
+) -> Result<Path, ModesError> {
+    let task = LinearTask::new(&split.fitted, &measurement.sensors, None, 1);
+    let unseen = LinearTask::new(&split.unseen, &measurement.sensors, None, 1);
+    let fit = task.refine(poles, refinement, cancel);
+    let step = fit.and_then(|fit| judged(measurement, split, (&task, &unseen), &fit));
+    let failed = || if cancel.is_cancelled() { ModesError::Cancelled } else { ModesError::NoMode };
+    Ok(Path { steps: vec![step.ok_or_else(failed)?], chosen: 0 })
+}
+
+/// A fit of the fitted records with what it leaves of them and of those never fitted.
+fn judged(
+    measurement: &Measurement,
+    split: &Split,
+    (task, unseen): (&LinearTask<'_>, &LinearTask<'_>),
+    fit: &ModalFit,
+) -> Option<ModePathStep> {
+    let residuals = Residuals {
+        fitted: residuals(task, fit, &split.fitted),
+        unseen: unseen.unseen(fit)?,
+        unknowns: unknowns(measurement, &fit.poles),
+    };
+    let densities = residuals.densities(&split.intervals(), main_period(&split.fitted));
+    Some(ModePathStep { poles: fit.poles.clone(), residuals, densities })
+}
+
 /// Without the modes that data never fitted do not ask for once all are there; none where they ask for all.
 fn pruned(
     measurement: &Measurement,
@@ -175,16 +199,6 @@ fn pruned(
     steps: usize,
     cancel: &Cancel,
 ) -> Option<ModePathStep> {
-    let period = main_period(&split.fitted);
-    let judged = |fit: &ModalFit| -> Option<ModePathStep> {
-        let residuals = Residuals {
-            fitted: residuals(task, fit, &split.fitted),
-            unseen: unseen.unseen(fit)?,
-            unknowns: unknowns(measurement, &fit.poles),
-        };
-        let densities = residuals.densities(&split.intervals(), period);
-        Some(ModePathStep { poles: fit.poles.clone(), residuals, densities })
-    };
     let mut best: Option<ModePathStep> = None;
     loop {
         let now = best.as_ref().unwrap_or(whole);
@@ -197,7 +211,7 @@ fn pruned(
             task.fit(&poles)
         });
         let least = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
-        let step = judged(&task.refine(&least.poles, steps, cancel)?)?;
+        let step = judged(measurement, split, (task, unseen), &task.refine(&least.poles, steps, cancel)?)?;
         let worse = step.residuals.unseen_rms() * (1.0 - MODE_GAIN) > whole.residuals.unseen_rms()
             && beats(&whole.densities, &step.densities);
         if worse {
@@ -216,12 +230,21 @@ pub(crate) fn residuals(task: &LinearTask<'_>, fit: &ModalFit, series: &[SensorS
     (0..series.len()).map(|r| (0..task.sensors).map(|s| task.residual(fit, s, r)).collect()).collect()
 }
 
-/// The pole of a pool that takes most off what the present ones leave.
-pub(crate) fn further(task: &LinearTask<'_>, poles: &[Pole], pool: &PolePool) -> Option<Pole> {
+/// True if a pole is none of those that are there.
+pub(crate) fn is_new(poles: &[Pole], pole: &Pole) -> bool {
+    poles.iter().all(|q| (pole.omega / q.omega).ln().abs() >= SAME_POLE)
+}
+
+/// The pole of a pool that takes most off what the present ones leave, of those that `open` lets in.
+pub(crate) fn further(
+    task: &LinearTask<'_>,
+    poles: &[Pole],
+    pool: &PolePool,
+    open: &dyn Fn(&Pole) -> bool,
+) -> Option<Pole> {
     let fit = task.fit(poles)?;
-    let is_new = |p: &Pole| poles.iter().all(|q| (p.omega / q.omega).ln().abs() >= SAME_POLE);
     let gains = task.gains(&fit, pool);
-    let free = pool.poles.iter().zip(&gains).filter(|(p, g)| is_new(p) && g.is_finite());
+    let free = pool.poles.iter().zip(&gains).filter(|(p, g)| open(p) && g.is_finite());
     free.max_by(|a, b| a.1.total_cmp(b.1)).map(|(p, _)| *p)
 }
 

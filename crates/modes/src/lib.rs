@@ -28,6 +28,7 @@
 #![deny(missing_docs)]
 
 mod analysis;
+mod chosen;
 mod closed;
 mod cluster;
 mod diagnose;

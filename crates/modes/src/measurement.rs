@@ -1,5 +1,6 @@
 //! What was measured of a structure, as plain series in units of their own size.
 
+use serde::{Deserialize, Serialize};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 
@@ -9,7 +10,7 @@ use super::error::ModesError;
 pub(crate) const LEAST_SAMPLES: usize = 100;
 
 /// What a sensor shows of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Quantity {
     /// Displacement.
     Displacement,
@@ -31,7 +32,7 @@ impl Quantity {
 }
 
 /// One sensor, the same in all records.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensor {
     /// The channel's name.
     pub name: String,
@@ -53,7 +54,7 @@ impl Sensor {
 }
 
 /// One input, the same in all records.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// The channel's name.
     pub name: String,

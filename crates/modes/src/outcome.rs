@@ -1,5 +1,6 @@
 //! What was identified, as plain values.
 
+use serde::{Deserialize, Serialize};
 use sindyscope_core::study::Score;
 use sindyscope_values::model::Mode;
 use sindyscope_values::record::Usage;
@@ -8,7 +9,7 @@ use super::measurement::{self, Input, Sensor};
 use super::start::RecordStart;
 
 /// A structure as a sum of modes: `qᵢ″ + 2ζᵢωᵢ qᵢ′ + ωᵢ² qᵢ = Σⱼ bᵢⱼ uⱼ`; a sensor shows `Σᵢ φᵢ qᵢ`, or its first or second derivative.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Structure {
     /// The sensors, place by place.
     pub sensors: Vec<Sensor>,
@@ -29,7 +30,7 @@ pub struct Structure {
 }
 
 /// What a model leaves on one record.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordFit {
     /// The record's name.
     pub name: String,

@@ -2,6 +2,7 @@
 //!
 //! Source: J.-P. Noël, G. Kerschen, Mech. Syst. Signal Process. 40 (2013) 701 (frequency-domain nonlinear subspace identification).
 
+use super::chosen::ChosenPoles;
 use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::Residuals;
@@ -59,6 +60,8 @@ pub(crate) struct Screen<'a> {
     pub(crate) split: &'a Split,
     /// Poles of the linear model.
     pub(crate) poles: &'a [Pole],
+    /// Those that were chosen by hand: a model has one mode for each.
+    pub(crate) chosen: ChosenPoles<'a>,
     pub(crate) modes: usize,
     /// Standard deviation of each sensor's noise.
     pub(crate) noises: Vec<f64>,
@@ -260,14 +263,16 @@ impl Screen<'_> {
         let task = LinearTask::new(&self.split.fitted, sensors, Some(fitted), stride);
         let judge = LinearTask::new(&self.split.unseen, sensors, Some(unseen), stride);
         let found = pool(&self.split.fitted, Some(fitted), &FORCE_POLE_RATES);
-        let pool = coarse.pool(&distinct(known.iter().copied().chain(found), 0.006, 0.5));
-        let mut poles: Vec<Pole> = Vec::new();
+        let pool = coarse.pool(&self.chosen.completed(distinct(known.iter().copied().chain(found), 0.006, 0.5)));
+        let (mut poles, mut taken): (Vec<Pole>, Vec<usize>) = (Vec::new(), Vec::new());
         let mut all = Vec::new();
         while poles.len() < most {
             if cancel.is_cancelled() {
                 return None;
             }
-            let Some(next) = further(&coarse, &poles, &pool) else { break };
+            let open = |p: &Pole| self.chosen.is_open(p, &poles, &taken);
+            let Some(next) = further(&coarse, &poles, &pool, &open) else { break };
+            taken.extend(self.chosen.nearest(&next));
             poles.push(next);
             if last && poles.len() < most {
                 continue;

@@ -1,6 +1,7 @@
 //! The state in which a record begins, in modal coordinates.
 
 use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
 
 use super::closed::{ClosedModel, Course};
 use super::linear::{LinearTask, ModalFit};
@@ -8,7 +9,7 @@ use super::measurement::{Measurement, Sensor};
 use super::pole::Pole;
 
 /// How a record begins: what a simulation of it starts from.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordStart {
     /// Displacement `qᵢ` of each mode at the first sample, in the units of [`super::Structure::modes`].
     pub displacement: Vec<f64>,

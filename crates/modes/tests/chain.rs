@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use sindyscope_core::study::Cancel;
-use sindyscope_modes::{Base, BaseModel, Effect, ModesError, Pole, Site, Stability, analyse, diagnose, identify};
+use sindyscope_modes::{
+    Base, BaseModel, Effect, ModesError, Pole, Site, Stability, StructureDiagnosis, UnseenRecord, analyse, diagnose,
+    identify,
+};
 use sindyscope_rig::{
     Contact, Excitation, MeasuredChannel, MeasuredQuantity, Plant, RecordDrive, SampleTimes, Sensor, Sensors, Setup,
 };
@@ -122,16 +125,68 @@ fn modes_lie_within_their_errors_whatever_is_measured() {
 #[test]
 fn nothing_is_missing_where_nothing_is_hidden() {
     let records = tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]);
-    let found = diagnose(&records, None, &|_, _| {}, &Cancel::default()).unwrap();
+    let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
     assert_eq!((found.verdict(), found.explained), ("nothing_missing", true), "{} noises", found.noises);
 }
 
 #[test]
 fn dry_friction_is_found_at_its_sensor() {
     let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
-    let found = diagnose(&records, None, &|_, _| {}, &Cancel::default()).unwrap();
+    let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).unwrap();
     let force = found.found.as_ref().expect("a force");
     assert_eq!((force.effect, force.site), (Effect::CoulombFriction, Site::Ground(1)), "{} noises", found.noises);
+}
+
+#[test]
+fn what_was_found_comes_back_from_a_file_without_a_search() {
+    let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
+    let base = Base::default();
+    let found = diagnose(&records, &base, &|_, _| {}, &Cancel::default()).unwrap();
+    let text = serde_json::to_string(&found).unwrap();
+    // Small enough to be written often: no series.
+    assert!(text.len() < 20_000, "{} bytes", text.len());
+    let kept: StructureDiagnosis = serde_json::from_str(&text).unwrap();
+    assert!(kept.unseen.is_empty() && kept.is_of(&records, &base));
+    let again = kept.redrawn(&records, &Cancel::default()).unwrap();
+    assert_eq!((again.verdict(), &again.found), (found.verdict(), &found.found));
+    let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+    let (old, new) = (&found.unseen[0], &again.unseen[0]);
+    assert_eq!((&old.name, &old.measured), (&new.name, &new.measured));
+    for s in 0..2 {
+        let after = |record: &UnseenRecord| record.after.as_ref().expect("a force")[s].clone();
+        for (a, b) in [(&old.before[s], &new.before[s]), (&after(old), &after(new))] {
+            let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            assert!(rms(&apart) < 1e-3 * rms(a), "sensor {s}: {} of {}", rms(&apart), rms(a));
+        }
+    }
+    // Other records or another base are told.
+    assert!(!kept.is_of(&tested(0.0, &[Role::Displacement(0), Role::Displacement(1)]), &base));
+    assert!(!kept.is_of(&records, &Base { modes: Some(2), ..Base::default() }));
+}
+
+#[test]
+fn a_search_starts_from_the_poles_that_are_given_and_adds_none() {
+    let records = tested(3.0, &[Role::Displacement(0), Role::Displacement(1)]);
+    let poles: Vec<Pole> = truth().into_iter().map(|(f, _, _)| Pole::at(1.02 * f, 0.03)).collect();
+    let of = |poles: &[Pole]| {
+        let base = Base { model: BaseModel::Modes, poles: poles.to_vec(), ..Base::default() };
+        let found = diagnose(&records, &base, &|_, _| {}, &Cancel::default()).unwrap();
+        // The base is what `identify` finds from these poles.
+        let identified = analyse(&records, &base, &|_, _| {}, &Cancel::default()).unwrap().structure;
+        assert_eq!(found.base.modes, identified.modes);
+        found
+    };
+    let found = of(&poles);
+    let force = found.found.as_ref().expect("a force");
+    assert_eq!((force.effect, force.site), (Effect::CoulombFriction, Site::Ground(1)), "{} noises", found.noises);
+    assert_eq!(found.last.modes.len(), 3);
+    for (mode, (frequency, _, _)) in found.last.modes.iter().zip(truth()) {
+        assert!((mode.frequency / frequency - 1.0).abs() < 5e-3, "{} is not {frequency}", mode.frequency);
+    }
+    // A mode that was left out stays out, whatever the data would bear.
+    let fewer = of(&[poles[0], poles[2]]);
+    assert_eq!((fewer.base.modes.len(), fewer.last.modes.len()), (2, 2));
+    assert_eq!(fewer.verdict(), "unexplained");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::time::Instant;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sindyscope_core::study::Cancel;
-use sindyscope_modes::{Site, diagnose};
+use sindyscope_modes::{Base, Site, diagnose};
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_values::record::{Record, RecordSet, Usage};
 
@@ -153,7 +153,7 @@ fn judged(scenario: &'static str, hidden: Hidden, seed: u64) -> Judged {
     let drawn = Drawn::new(scenario, seed);
     let records = drawn.hidden(hidden);
     let begun = Instant::now();
-    let found = diagnose(&records, None, &|_, _| {}, &Cancel::default()).expect("a diagnosis");
+    let found = diagnose(&records, &Base::default(), &|_, _| {}, &Cancel::default()).expect("a diagnosis");
     let seconds = begun.elapsed().as_secs_f64();
     let named = found.found.as_ref().filter(|_| found.verdict() == "named");
     let told = named.map(|f| (f.effect.name(), f.site));

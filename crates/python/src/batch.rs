@@ -26,7 +26,8 @@ impl NativeJournal {
     #[staticmethod]
     fn open(table: PathBuf, settings: Vec<(String, String)>, missing: Option<u8>) -> PyResult<(Self, Vec<NamedRow>)> {
         let study = request(&settings)?;
-        let missing = missing.map(|most| missing_of_settings(&study, most)).transpose().map_err(|e| failed(&e))?;
+        let missing =
+            missing.map(|most| missing_of_settings(&study, most, false)).transpose().map_err(|e| failed(&e))?;
         let asked = BatchRequest { items: Vec::new(), study, missing, out: table, reports: None, part: None };
         let (journal, done) = Journal::open(&asked.out, None, &asked.settings()).map_err(|e| batch_failed(&e))?;
         let done = done.into_iter().map(|(key, row)| (key, Value::Object(row).to_string())).collect();
@@ -36,7 +37,7 @@ impl NativeJournal {
     /// Refuses settings that a search for at most so many effects does not take.
     #[staticmethod]
     fn check(settings: Vec<(String, String)>, missing: u8) -> PyResult<()> {
-        missing_of_settings(&request(&settings)?, missing).map(drop).map_err(|e| failed(&e))
+        missing_of_settings(&request(&settings)?, missing, false).map(drop).map_err(|e| failed(&e))
     }
 
     /// Keeps the row of a record, on the disk once this returns.

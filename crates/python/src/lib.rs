@@ -33,6 +33,7 @@ use sindyscope_analysis::{
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::setting::SettingForm;
 use sindyscope_files::{MeasuredFile, NamedColumn, write_csv};
+use sindyscope_modes::Base;
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 use sindyscope_report::modal::{diagnosis_text, modes_text};
 use sindyscope_rig::hidden::{HIDDEN_SCENARIO, HiddenOptions, hidden_records};
@@ -148,7 +149,8 @@ fn modes(
         let told = |what: &'static str, share: f64| tell(AnalysisProgress::Share(what, share));
         let watch = Stopwatch::start();
         if missing {
-            let found = sindyscope_modes::diagnose(&records, number, &told, cancel)?;
+            let found =
+                sindyscope_modes::diagnose(&records, &Base { modes: number, ..Base::default() }, &told, cancel)?;
             return Ok((json::structure::diagnosed(&found, &records, watch.milliseconds()), diagnosis_text(&found)));
         }
         told("looking for modes", 0.0);

@@ -258,7 +258,8 @@ impl Case {
             noise_floor: None,
             records: vec![record],
         };
-        let parameter = |name, value| ForceParameter { name, value, std_error: None, unit: "m".into() };
+        let parameter =
+            |name: &'static str, value| ForceParameter { name: name.into(), value, std_error: None, unit: "m".into() };
         let force = self.effect.map(|effect| FoundForce {
             effect,
             site: self.site,

@@ -6,4 +6,4 @@ mod room;
 
 pub(crate) use centre::{ComponentAct, show, show_missing, svg};
 pub(crate) use columns::findings;
-pub(crate) use room::{ComponentRoom, request};
+pub(crate) use room::{Asked, ComponentRoom, request};

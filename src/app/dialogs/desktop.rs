@@ -15,7 +15,8 @@ pub(super) fn answer(purpose: Purpose, name: &str, frame: &eframe::Frame) -> Opt
         Purpose::Open | Purpose::Add | Purpose::Locate => {
             let mut endings: Vec<&str> = sindyscope_files::FORMATS.iter().flat_map(|f| f.extensions).copied().collect();
             if purpose == Purpose::Open {
-                endings.push(PROJECT_ENDING);
+                // A table that a batch wrote is shown as a series.
+                endings.extend([PROJECT_ENDING, "parquet"]);
             }
             dialog.add_filter("Measurements and projects", &endings).add_filter("All files", &["*"])
         }

@@ -11,7 +11,7 @@ use sindyscope_search::Found;
 const PAST: usize = 4;
 
 /// What is told where a walk that came with a project or the session does not fit.
-const DROPPED: &str = "What was found missing was left out: it was found of other data or another base model than are open now. Find what's missing looks again";
+pub(crate) const DROPPED: &str = "What was found missing was left out: it was found of other data or another base model than are open now. Find what's missing looks again";
 
 /// The walks that are kept.
 #[derive(Debug, Default)]

@@ -34,6 +34,7 @@ use super::state::{Edit, RoundStep, Walk};
 pub(crate) use act::{WalkAct, WalkFigure};
 pub(crate) use canvas::WalkCanvas;
 pub(crate) use figures::{main_figure, svg};
+pub(crate) use keep::DROPPED;
 use known::WalkContext;
 pub(crate) use room::{Missing, WantedSearch};
 use sindyscope_core::study::Settings;

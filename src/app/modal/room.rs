@@ -29,6 +29,10 @@ pub(crate) struct ModalRoom {
     pub(crate) figures: FiguresBeside<ModalView, ModesMadeOf>,
     /// The search for the force that the modes lack.
     pub(crate) search: Answer<ModesAsked, StructureDiagnosis>,
+    /// What came of it before the window was closed, until it is in view again.
+    coming: Option<Arc<StructureDiagnosis>>,
+    /// The same while its figures are made anew.
+    returning: Option<Arc<StructureDiagnosis>>,
 }
 
 /// What a figure was made of; weak, so that an address that is compared is not given to a newer one meanwhile.
@@ -86,6 +90,25 @@ impl ModalRoom {
     /// Notes why nothing was found.
     pub(crate) fn fail(&mut self, reason: String) {
         self.failure = Some(reason);
+    }
+
+    /// Awaits what the session or a project kept of the search.
+    pub(crate) fn bring_back(&mut self, kept: Option<Arc<StructureDiagnosis>>) {
+        self.search.stop();
+        self.coming = kept;
+    }
+
+    /// What was kept, to be shown again, once.
+    pub(crate) fn coming(&mut self) -> Option<Arc<StructureDiagnosis>> {
+        let kept = self.coming.take()?;
+        self.returning = Some(Arc::clone(&kept));
+        Some(kept)
+    }
+
+    /// What of the search is to be kept.
+    pub(crate) fn kept(&self) -> Option<Arc<StructureDiagnosis>> {
+        let returning = self.returning.as_ref().filter(|_| self.search.is_running());
+        self.search.found().or(self.coming.as_ref()).or(returning).cloned()
     }
 
     /// What was found, if anything was of these records.

@@ -8,6 +8,7 @@ use super::{masses, refusal};
 use crate::app::commands::WindowCommand;
 use crate::app::theme::{self, ROW};
 use crate::app::widgets::{row, section, switch};
+use sindyscope_component::{force_candidates, force_channel};
 use sindyscope_modes::{BASE, BASES, BaseModel};
 use sindyscope_values::format::number::significant_trimmed;
 use sindyscope_values::record::{Channel, Record, Role, Usage};
@@ -111,9 +112,35 @@ fn component(ui: &mut Ui, context: &mut PanelContext<'_>) {
         return;
     }
     let hint = "What is measured is the force of a damper, mount or joint along a given motion, without a mass: its equation is \
-                looked for, and what that lacks. Of several inputs the force is the one whose name or unit says so";
+                looked for, and what that lacks";
     row(ui, "", "", |ui| {
         ui.checkbox(&mut context.edit.component, "component without a mass").on_hover_text(hint);
+    });
+    if let (Some(record), true) = (first, context.edit.component) {
+        force_row(ui, record, &mut context.edit.force);
+    }
+}
+
+/// Which channel is the force of a component, where there are several that may be.
+fn force_row(ui: &mut Ui, record: &Record, force: &mut Option<String>) {
+    let candidates: Vec<&str> = force_candidates(record).map(|c| c.name.as_str()).collect();
+    if candidates.len() < 2 {
+        return;
+    }
+    let taken = force_channel(record, force.as_deref()).map(|c| c.name.clone()).ok();
+    let hint = "The channel that is the force along the motion; the others are inputs beside it. Unless it is chosen here, it is the one \
+                whose name or unit says so";
+    row(ui, "Force", hint, |ui| {
+        let shown = taken.clone().unwrap_or_else(|| "choose…".to_owned());
+        let combo = ComboBox::from_id_salt("force of a component").selected_text(shown).show_ui(ui, |ui| {
+            for name in candidates {
+                if ui.selectable_label(taken.as_deref() == Some(name), name).clicked() {
+                    *force = Some(name.to_owned());
+                }
+            }
+        });
+        let said = || WidgetInfo::labeled(egui::Role::ComboBox, true, "Force of the component");
+        combo.response.widget_info(said);
     });
 }
 

@@ -10,8 +10,8 @@ use crate::app::missing::work::subject_of;
 use crate::app::open::{self, Opening};
 use crate::app::problem::OpeningProblem;
 use crate::app::state::{Base, Edit, Source};
-use sindyscope_analysis::AnalysisRequest;
-use sindyscope_analysis::component::identify_component;
+use sindyscope_analysis::component::{diagnose_component, identify_component};
+use sindyscope_analysis::{AnalysisRequest, MissingRequest};
 use sindyscope_core::study::{Cancel, Outcome, Study};
 use sindyscope_modes::{BaseModel, analyse};
 use sindyscope_search::{Ask, Diagnosis, Found, GapError, Search};
@@ -26,7 +26,7 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
     let cancel = Cancel::default();
     let opening = Opening::of(Source::Files(vec![path.to_owned()]));
     let opened = open::open(opening, &cancel).map_err(|refused| refused.problem)?;
-    let Edit { settings, usage, walk, report, base, component, .. } = &opened.document.edit;
+    let Edit { settings, usage, walk, report, base, component, force, .. } = &opened.document.edit;
     let use_of = |k: usize| usage.get(k).copied().unwrap_or(Usage::Fit);
     let entries = opened.records.iter().enumerate().map(|(k, record)| (Arc::clone(record), use_of(k))).collect();
     let records = RecordSet { entries };
@@ -39,14 +39,21 @@ pub(crate) fn project(path: &Path, command: &str) -> Result<Content, OpeningProb
         command: Some(command.to_owned()),
     };
     if *component {
-        let source = request(&opened.document.reading);
-        let asked = AnalysisRequest { source, ..AnalysisRequest::default() };
+        let source = request(&opened.document.reading, force.as_deref());
+        let asked = AnalysisRequest { source: source.clone(), ..AnalysisRequest::default() };
         let analysis = identify_component(&asked, &records, &cancel).map_err(|e| failed(e.to_string()))?;
-        return Ok(made(Reported::Component { analysis: Arc::new(analysis), diagnosis: None }));
+        let asked = MissingRequest::default();
+        let search = || diagnose_component(&source, &asked, &records, &|_, _| {}, &cancel);
+        let diagnosis = opened.document.beside.component.then(search).transpose().map_err(|e| failed(e.to_string()))?;
+        let (analysis, diagnosis) = (Arc::new(analysis), diagnosis.map(Arc::new));
+        return Ok(made(Reported::Component { analysis, diagnosis }));
     }
     if base.model == BaseModel::Modes {
         let analysis = analyse(&records, base, &|_, _| {}, &cancel).map_err(|e| failed(e.to_string()))?;
-        return Ok(made(Reported::Modes { analysis: Arc::new(analysis), diagnosis: None }));
+        let kept = opened.document.beside.structure.as_ref().filter(|kept| kept.is_of(&records, base));
+        let diagnosis = kept.map(|kept| kept.redrawn(&records, &cancel)).transpose();
+        let diagnosis = diagnosis.map_err(|e| failed(e.to_string()))?.map(Arc::new);
+        return Ok(made(Reported::Modes { analysis: Arc::new(analysis), diagnosis }));
     }
     let outcome = Study::default().run(&records, settings, &cancel).map_err(|e| failed(e.to_string()))?;
     let found = opened.document.found.as_deref();

@@ -14,6 +14,8 @@ pub(crate) enum SeriesAct {
     Form(Box<SeriesForm>),
     /// Read the table again: a batch may have written it anew.
     Again,
+    /// Show this table, whatever it turns out to be: why it is none is told in its place.
+    Open(PathBuf),
     /// Open the file of a record.
     OpenRecord(PathBuf),
     /// Go back to the records.

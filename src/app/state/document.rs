@@ -11,6 +11,7 @@ use super::walk::Walk;
 use sindyscope_core::prepare::Preparation;
 use sindyscope_core::study::Settings;
 use sindyscope_files::ReadOptions;
+use sindyscope_modes::StructureDiagnosis;
 use sindyscope_report::document::Arrangement;
 use sindyscope_rig::RigSettings;
 use sindyscope_search::Found;
@@ -115,6 +116,8 @@ pub struct Edit {
     pub base: sindyscope_modes::Base,
     /// Whether what is measured is a component without a mass: its force along a given motion.
     pub component: bool,
+    /// The channel that a person said is its force; none where its name or unit says so.
+    pub force: Option<String>,
     /// Whether a person has said which, where the program would propose another.
     pub base_settled: bool,
     /// What was added to the base model in "What's missing".
@@ -155,6 +158,20 @@ pub struct Document {
     /// What was found missing.
     #[serde(deserialize_with = "leniently")]
     pub found: Option<Arc<Found>>,
+    /// What was found missing of a structure or a component.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub beside: FoundBeside,
+}
+
+/// What was found missing where the base is no chain of masses.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FoundBeside {
+    /// The force that the modes of a structure lack. What another version wrote in another form is dropped.
+    #[serde(deserialize_with = "if_it_fits")]
+    pub structure: Option<Arc<StructureDiagnosis>>,
+    /// Whether it was looked for what the force of a component lacks: that takes a second and is looked for again.
+    pub component: bool,
 }
 
 impl Document {
@@ -168,7 +185,8 @@ impl Document {
     /// True if there is something in it that opening the source again would not give by itself.
     pub(crate) fn is_worth_keeping(&self) -> bool {
         let decided = self.edit.settings != Settings::default() || !self.edit.usage.is_empty();
-        self.source != Source::Nothing && (decided || !self.pins.is_empty() || self.found.is_some())
+        let found = self.found.is_some() || !is_usual(&self.beside);
+        self.source != Source::Nothing && (decided || !self.pins.is_empty() || found)
     }
 }
 
@@ -177,6 +195,15 @@ impl Document {
 fn leniently<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Arc<Found>>, D::Error> {
     let value = Option::<serde_json::Value>::deserialize(deserializer)?;
     Ok(value.map(|value| serde_json::from_value(value).unwrap_or_default()))
+}
+
+fn if_it_fits<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Arc<StructureDiagnosis>>, D::Error> {
+    let value = Option::<serde_json::Value>::deserialize(deserializer)?;
+    Ok(value.and_then(|value| serde_json::from_value(value).ok()))
+}
+
+fn is_usual<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// A path that holds wherever the program is started next.

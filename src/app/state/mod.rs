@@ -22,7 +22,7 @@ use super::figure_panel::FigureLook;
 pub(crate) use class::Answered;
 pub use class::{ClassCase, ClassRound, ClassState, Guess};
 pub(crate) use document::absolute;
-pub use document::{Document, Edit, Pin, Sample, Source};
+pub use document::{Document, Edit, FoundBeside, Pin, Sample, Source};
 pub use lessons::{LessonPosition, LessonProgress};
 pub(crate) use modal::ModalShown;
 pub use own::OwnEffects;

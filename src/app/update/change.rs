@@ -4,7 +4,7 @@ use crate::app::derived::Derived;
 use crate::app::history::History;
 use crate::app::jobs::{Job, Key};
 use crate::app::queue::JobProgress;
-use crate::app::state::{Edit, State};
+use crate::app::state::{Edit, FoundBeside, State};
 use sindyscope_core::study::Settings;
 use sindyscope_values::record::RecordSet;
 
@@ -30,7 +30,9 @@ pub(crate) struct Update<'a> {
 pub(super) fn run(state: &mut State, derived: &mut Derived, change: impl FnOnce(&mut Update<'_>)) -> Vec<Want> {
     let mut update = Update { state, derived, wants: Vec::new() };
     change(&mut update);
-    update.state.document.found = update.derived.missing.found().cloned();
+    let (document, derived) = (&mut update.state.document, &*update.derived);
+    document.found = derived.missing.found().cloned();
+    document.beside = FoundBeside { structure: derived.modal.kept(), component: derived.component.searched() };
     update.wants
 }
 

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::change::{Update, Want, run};
-use crate::app::component::request;
+use crate::app::component::{Asked, request};
 use crate::app::derived::Derived;
 use crate::app::jobs::{Job, Key};
 use crate::app::questions::replies;
 use crate::app::report::ReportSubject;
 use crate::app::settings_map::SettingsMap;
 use crate::app::state::{Edit, Room, State};
-use sindyscope_modes::{Base, BaseModel};
+use sindyscope_modes::{Base, BaseModel, StructureDiagnosis};
 use sindyscope_values::record::Usage;
 
 /// Jobs on a chain of masses: where modes are the base they are in vain.
@@ -114,8 +114,9 @@ impl Update<'_> {
     }
 
     /// What the force of a component belongs to now.
-    fn component_wanted(&self) -> (u64, Vec<Usage>) {
-        (self.derived.records.generation, self.state.document.edit.usage.clone())
+    fn component_wanted(&self) -> Asked {
+        let edit = &self.state.document.edit;
+        (self.derived.records.generation, edit.usage.clone(), edit.force.clone())
     }
 
     /// Asks for the force of a component.
@@ -125,12 +126,19 @@ impl Update<'_> {
         if self.derived.component.search.is_of_others(&wanted) {
             self.component_search(false);
         }
-        if self.derived.records.records.is_empty() || self.derived.component.fit.is_of(&wanted) {
+        if self.derived.records.records.is_empty() {
+            return;
+        }
+        if self.derived.component.coming() {
+            self.component_search(true);
+        }
+        if self.derived.component.fit.is_of(&wanted) {
             return;
         }
         self.derived.component.fit.begin(wanted);
         let (records, _) = self.study();
-        let source = request(&self.state.document.reading);
+        let document = &self.state.document;
+        let source = request(&document.reading, document.edit.force.as_deref());
         self.want_instead(Key::Component, Job::Component { records, source });
     }
 
@@ -143,7 +151,8 @@ impl Update<'_> {
         let wanted = self.component_wanted();
         self.derived.component.search.begin(wanted);
         let (records, _) = self.study();
-        let source = request(&self.state.document.reading);
+        let document = &self.state.document;
+        let source = request(&document.reading, document.edit.force.as_deref());
         self.want_instead(Key::ComponentSearch, Job::ComponentSearch { records, source });
     }
 
@@ -155,18 +164,20 @@ impl Update<'_> {
 
     /// Begins or stops the search for the force that the modes lack.
     pub(super) fn modal_search(&mut self, begins: bool) {
-        if !begins {
-            self.derived.modal.search.stop();
-            return self.cancel(Key::ModalSearch);
+        if begins {
+            return self.search_structure(None);
         }
+        self.derived.modal.search.stop();
+        self.cancel(Key::ModalSearch);
+    }
+
+    /// Searches for the force that the modes lack, or shows again what was kept of such a search.
+    fn search_structure(&mut self, kept: Option<Arc<StructureDiagnosis>>) {
         let wanted = self.modes_wanted();
-        let modes = match wanted.1.poles.len() {
-            0 => wanted.1.modes,
-            count => Some(count),
-        };
+        let base = wanted.1.clone();
         self.derived.modal.search.begin(wanted);
         let (records, _) = self.study();
-        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, modes });
+        self.want_instead(Key::ModalSearch, Job::ModalSearch { records, base, kept });
     }
 
     /// Asks for the modes of a structure if what was asked last is no longer what is wanted, and for the figure in view.
@@ -175,6 +186,11 @@ impl Update<'_> {
         let wanted = self.modes_wanted();
         if self.derived.modal.search.is_of_others(&wanted) {
             self.modal_search(false);
+        }
+        if !self.derived.records.records.is_empty()
+            && let Some(kept) = self.derived.modal.coming()
+        {
+            self.search_structure(Some(kept));
         }
         if !held && !self.derived.records.records.is_empty() && self.derived.modal.wants(wanted) {
             let base = self.state.document.edit.base.clone();

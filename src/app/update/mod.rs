@@ -164,7 +164,7 @@ impl Update<'_> {
             return;
         }
         let document = self.state.document.clone();
-        self.bring_back_walk(document.found.clone());
+        self.bring_back_findings(&document);
         let folder = self.state.folder(&document.source, &document.reading).cloned();
         self.open_with(Opening { document, folder, ..Opening::default() });
     }

@@ -173,7 +173,7 @@ impl Update<'_> {
             self.forget_steps(&document.edit);
         }
         if project.is_some() || !same {
-            self.bring_back_walk(document.found.clone());
+            self.bring_back_findings(&document);
         }
         let count = self.derived.records.records.len();
         for pin in &mut document.pins {
@@ -268,7 +268,7 @@ impl Update<'_> {
         }
         self.derived.columns.close();
         self.state.keep();
-        self.bring_back_walk(None);
+        self.bring_back_findings(&Document::default());
         self.derived.records.close();
         self.state.document = Document::default();
         self.state.project = None;

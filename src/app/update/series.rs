@@ -12,6 +12,7 @@ impl Update<'_> {
         match act {
             SeriesAct::Form(form) => self.state.series = *form,
             SeriesAct::Again => self.derived.series.stop(),
+            SeriesAct::Open(table) => self.open_series(table),
             SeriesAct::OpenRecord(file) => self.open(&[file]),
             SeriesAct::Close => self.hide_series(),
         }

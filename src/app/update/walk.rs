@@ -5,9 +5,8 @@ use std::sync::Arc;
 use super::change::Update;
 use crate::app::jobs::{Job, Key, PinnedStudy};
 use crate::app::missing::{WalkAct, WantedSearch};
-use crate::app::state::{Pin, Room};
+use crate::app::state::{Document, Pin, Room};
 use sindyscope_core::study::Outcome;
-use sindyscope_search::Found;
 use sindyscope_values::record::{Record, Usage};
 
 impl Update<'_> {
@@ -40,10 +39,12 @@ impl Update<'_> {
         }
     }
 
-    /// Brings a walk that was kept back.
-    pub(super) fn bring_back_walk(&mut self, found: Option<Arc<Found>>) {
-        let wanted = self.derived.missing.bring_back(found);
+    /// Brings back what was kept with a document of what was found missing.
+    pub(super) fn bring_back_findings(&mut self, document: &Document) {
+        let wanted = self.derived.missing.bring_back(document.found.clone());
         self.search(wanted);
+        self.derived.modal.bring_back(document.beside.structure.clone());
+        self.derived.component.bring_back(document.beside.component);
     }
 
     /// Pins what is shown.

@@ -19,6 +19,7 @@ use crate::app::purpose::{Purpose, ReportForm};
 use crate::app::report::ReportSubject;
 use crate::app::rig::class;
 use crate::app::saving::{SavedContent, Saving, StructureModel, StructureResult, ViewPicture};
+use crate::app::series::SeriesAct;
 use crate::app::state::{Room, Source};
 use crate::app::views::Seen;
 use sindyscope_report::export::ExportFormat;
@@ -152,7 +153,8 @@ impl App {
         };
         let replaces = asked.as_ref() == Some(&path);
         match purpose {
-            Purpose::Open | Purpose::Series => self.program.send(Message::Open(paths)),
+            Purpose::Open => self.program.send(Message::Open(paths)),
+            Purpose::Series => self.program.send(Message::Series(SeriesAct::Open(path))),
             Purpose::Add => self.program.send(Message::Add(paths)),
             Purpose::Locate => self.program.send(Message::Locate(path)),
             Purpose::Effects => self.program.want(Key::Effects, Job::Effects(path)),

@@ -9,12 +9,17 @@ use sindyscope_core::study::SETTINGS;
 const TAKEN: [&str; 3] = ["terms", "lock", "initial"];
 
 /// The search that settings ask for, as the options of `diagnose` do: `terms` is the base model, `lock` has known terms besides.
+/// `identified` tells that an equation is identified besides, as a report has one: that takes the other settings.
 ///
 /// # Errors
 /// A setting that says how an equation is identified would go unheard.
-pub fn missing_of_settings(study: &AnalysisRequest, max_effects: u8) -> Result<MissingRequest, AnalysisError> {
-    let unheard = SETTINGS.iter().find(|row| study.given.has(row.name) && !TAKEN.contains(&row.name));
-    if let Some(row) = unheard {
+pub fn missing_of_settings(
+    study: &AnalysisRequest,
+    max_effects: u8,
+    identified: bool,
+) -> Result<MissingRequest, AnalysisError> {
+    let unheard = |name: &str| !identified && study.given.has(name) && !TAKEN.contains(&name);
+    if let Some(row) = SETTINGS.iter().find(|row| unheard(row.name)) {
         let taken = TAKEN.join(", ");
         return Err(AnalysisError::Settings(format!(
             "`{}` says how an equation is identified, and changes nothing where missing effects are searched: that takes {taken}",

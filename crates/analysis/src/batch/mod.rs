@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use crate::analyse::{Analysis, AnalysisListener, AnalysisProgress, analyse};
+use crate::analyse::{AnalysisListener, AnalysisProgress, analyse};
 use crate::error::AnalysisError;
 use crate::json::diagnosed;
 use crate::missing::{MissingRequest, search};
@@ -31,6 +31,8 @@ pub use row::{Row, diagnosis_row, failed, row};
 pub use settings::settings_of_file;
 use sindyscope_core::study::Cancel;
 use sindyscope_report::document::{Arrangement, Report};
+use sindyscope_search::Diagnosis;
+use sindyscope_values::record::RecordSet;
 pub use table::write_table;
 
 /// Why a batch ends without its table.
@@ -136,11 +138,11 @@ pub struct BatchRequest {
     pub items: Vec<BatchItem>,
     /// The study of each; its files are those of the record.
     pub study: AnalysisRequest,
-    /// What is searched for in place of identifying an equation; none: an equation is identified.
+    /// What is searched for, which is what the row tells; none: an equation is identified.
     pub missing: Option<MissingRequest>,
     /// The table to write; what is done is kept in journals beside it.
     pub out: PathBuf,
-    /// A folder for a report of each record.
+    /// A folder for a report of each record: its equation and, with a search, what that found.
     pub reports: Option<PathBuf>,
     /// The part to do; none: all, and what other parts have done counts.
     pub part: Option<BatchPart>,
@@ -218,10 +220,10 @@ pub fn batch(request: &BatchRequest, cancel: &Cancel, tell: AnalysisListener<'_>
 }
 
 /// What came of one record.
-enum Studied {
-    Identified(Box<Analysis>),
-    /// Its row.
-    Diagnosed(Row),
+struct Studied {
+    row: Row,
+    /// Its report as HTML, where one is wanted.
+    report: Option<String>,
 }
 
 impl BatchRequest {
@@ -242,24 +244,14 @@ fn one(request: &BatchRequest, item: &BatchItem, cancel: &Cancel) -> Result<Row,
     let mut study = request.study.clone();
     study.source.data = vec![item.data.clone()];
     study.source.test = item.test.iter().cloned().collect();
-    let analysed = || -> Result<Studied, AnalysisError> {
-        let records = study.source.read()?;
-        match &request.missing {
-            None => Ok(Studied::Identified(Box::new(analyse(&study, records, cancel, &|_| ())?))),
-            Some(missing) => {
-                let diagnosis = search(missing, &records, cancel, &|_| ())?;
-                Ok(Studied::Diagnosed(diagnosis_row(&diagnosed(&diagnosis, &records))))
-            }
-        }
-    };
     // One record that breaks off must not cost the others.
-    match catch_unwind(AssertUnwindSafe(analysed)) {
-        Ok(Ok(Studied::Diagnosed(row))) => Ok(row),
-        Ok(Ok(Studied::Identified(analysis))) => {
-            if let Some(folder) = &request.reports {
-                report(folder, item, &analysis)?;
+    match catch_unwind(AssertUnwindSafe(|| studied(request, item, &study, cancel))) {
+        Ok(Ok(Studied { row, report })) => {
+            if let (Some(folder), Some(html)) = (&request.reports, report) {
+                let name = item.name.replace(['/', '\\', ':'], "_");
+                write_whole(&folder.join(format!("{name}.html")), html.as_bytes())?;
             }
-            Ok(row(&analysis))
+            Ok(row)
         }
         Ok(Err(error)) if AnalysisError::is_cancelled(&error) => Err(BatchError::Cancelled),
         Ok(Err(error)) => Ok(failed(&error.to_string())),
@@ -267,19 +259,41 @@ fn one(request: &BatchRequest, item: &BatchItem, cancel: &Cancel) -> Result<Row,
     }
 }
 
-/// Writes the report of a record into a folder.
-fn report(folder: &Path, item: &BatchItem, analysis: &Analysis) -> Result<(), BatchError> {
-    let document = Report {
-        title: &item.name,
-        records: &analysis.records,
-        outcome: &analysis.outcome,
-        choice: analysis.choice.as_deref(),
-        command: None,
-        diagnosis: None,
-        arrangement: &Arrangement::default(),
+/// Identifies the record's equation, searches for what it lacks, or does both where a report is to tell both.
+fn studied(
+    request: &BatchRequest,
+    item: &BatchItem,
+    study: &AnalysisRequest,
+    cancel: &Cancel,
+) -> Result<Studied, AnalysisError> {
+    let records = study.source.read()?;
+    let walk = |missing: &MissingRequest, records: &RecordSet| -> Result<(Diagnosis, Row), AnalysisError> {
+        let diagnosis = search(missing, records, cancel, &|_| ())?;
+        let row = diagnosis_row(&diagnosed(&diagnosis, records));
+        Ok((diagnosis, row))
     };
-    let name = item.name.replace(['/', '\\', ':'], "_");
-    write_whole(&folder.join(format!("{name}.html")), document.html().as_bytes())
+    if let (Some(missing), None) = (&request.missing, &request.reports) {
+        return Ok(Studied { row: walk(missing, &records)?.1, report: None });
+    }
+    let analysis = analyse(study, records, cancel, &|_| ())?;
+    let walked = request.missing.as_ref().map(|missing| walk(missing, &analysis.records)).transpose()?;
+    let (diagnosis, row) = match walked {
+        Some((diagnosis, row)) => (Some(diagnosis), row),
+        None => (None, row(&analysis)),
+    };
+    let document = || {
+        let report = Report {
+            title: &item.name,
+            records: &analysis.records,
+            outcome: &analysis.outcome,
+            choice: analysis.choice.as_deref(),
+            command: None,
+            diagnosis: diagnosis.as_ref(),
+            arrangement: &Arrangement::default(),
+        };
+        report.html()
+    };
+    Ok(Studied { row, report: request.reports.is_some().then(document) })
 }
 
 /// Writes a file so that it is there in whole or as it was before, whenever the program ends.

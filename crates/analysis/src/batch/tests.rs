@@ -181,7 +181,7 @@ fn a_parquet_table_is_the_same_after_a_break() {
 fn a_batch_searches_for_what_is_missing() {
     let home = home();
     let asked = AnalysisRequest::named([("terms", "x, v")]).expect("settings");
-    let missing = Some(missing_of_settings(&asked, 2).expect("a search"));
+    let missing = Some(missing_of_settings(&asked, 2, false).expect("a search"));
     let whole = BatchRequest { study: asked, missing, ..request(home.path(), "missing.csv", None) };
     let whole = BatchRequest { items: whole.items[..3].to_vec(), ..whole };
     let summary = run(&whole).expect("done");
@@ -196,6 +196,33 @@ fn a_batch_searches_for_what_is_missing() {
     // Its journal is not that of records that are identified.
     let identified = BatchRequest { missing: None, ..whole };
     assert!(matches!(run(&identified), Err(BatchError::OtherSettings(_))));
-    let refused = missing_of_settings(&study(), 2).expect_err("window is given").to_string();
+    let refused = missing_of_settings(&study(), 2, false).expect_err("window is given").to_string();
     assert!(refused.contains("`window` says how an equation is identified"), "{refused}");
+}
+
+#[test]
+fn reports_of_a_search_tell_the_equation_and_what_was_found() {
+    let home = home();
+    let asked = AnalysisRequest::named([("terms", "x, v"), ("window", "15"), ("order", "5")]).expect("settings");
+    let missing = Some(missing_of_settings(&asked, 2, true).expect("reports take how an equation is identified"));
+    let reports = Some(home.path().join("reports"));
+    let whole = BatchRequest { study: asked, missing, reports, ..request(home.path(), "missing.csv", None) };
+    let whole = BatchRequest { items: whole.items[..2].to_vec(), ..whole };
+    assert_eq!(run(&whole).map(|s| (s.now, s.failed)), Ok((2, 1)));
+    let row = |table: &str| {
+        let table = fs::read_to_string(home.path().join(table)).expect("a table");
+        table.lines().nth(2).expect("a row").to_owned()
+    };
+    let report = fs::read_to_string(home.path().join("reports/run00.csv.html")).expect("a report");
+    for told in ["Coulomb (dry) friction", "Response", "</html>"] {
+        assert!(report.contains(told), "{told}");
+    }
+    // What failed has none.
+    assert_eq!(fs::read_dir(home.path().join("reports")).expect("a folder").count(), 1);
+    // The table is that of the search without reports.
+    let asked = AnalysisRequest::named([("terms", "x, v")]).expect("settings");
+    let missing = Some(missing_of_settings(&asked, 2, false).expect("a search"));
+    let bare = BatchRequest { study: asked, missing, reports: None, out: home.path().join("bare.csv"), ..whole };
+    run(&bare).expect("done");
+    assert_eq!(row("missing.csv"), row("bare.csv"));
 }

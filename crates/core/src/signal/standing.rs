@@ -21,8 +21,21 @@ const MIN_SAMPLES: usize = 5;
 /// `noise` is the standard deviation of the motion's noise, `period` its main period in samples. None where the noise would
 /// hide a turn within a quarter of a period.
 pub(crate) fn standstills(motion: &[f64], noise: f64, period: f64) -> Vec<Range<usize>> {
-    let noise = at_least_rounding(motion, noise);
-    half_length(motion, noise, period).map_or_else(Vec::new, |half| in_band(motion, noise, shortest(half, period)))
+    shortest_standstill(motion, noise, period).map_or_else(Vec::new, |least| standstills_from(motion, noise, least))
+}
+
+/// Samples of the shortest standstill that a motion as lively as this one lets one tell from a turn; none where its noise would
+/// hide a turn within a quarter of a period.
+///
+/// `noise` is the standard deviation of the motion's noise, `period` its main period in samples.
+pub(crate) fn shortest_standstill(motion: &[f64], noise: f64, period: f64) -> Option<usize> {
+    half_length(motion, at_least_rounding(motion, noise), period).map(|half| shortest(half, period))
+}
+
+/// The stretches of at least `least` samples in which a motion stands still as far as its noise lets one see, in order: for a piece
+/// of a longer motion, which tells what is shortest.
+pub(crate) fn standstills_from(motion: &[f64], noise: f64, least: usize) -> Vec<Range<usize>> {
+    in_band(motion, at_least_rounding(motion, noise), least)
 }
 
 /// The stretches in which a motion rests, in order: in which it stays in the band of its noise for longer than it dwells at a

@@ -14,6 +14,7 @@ mod segment;
 mod tests;
 
 use nalgebra::{Complex, DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::force::Effect;
 use super::limits::MAX_CHANGE;
@@ -25,7 +26,7 @@ use sindyscope_core::parallel::prelude::*;
 pub(crate) use course::{Course, Joint, Loop, Segment};
 
 /// The parameters.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ClosedModel {
     pub(crate) effect: Effect,
     /// Weights eₛ of the sensors in the displacement across the force's place.
@@ -41,7 +42,8 @@ pub(crate) struct ClosedModel {
     pub(crate) drive: Vec<Vec<f64>>,
     /// `shape[mode][sensor]`
     pub(crate) shape: Vec<Vec<f64>>,
-    /// The state at each segment's beginning; empty where the records start at rest.
+    /// The state at each segment's beginning; empty where the records start at rest. Not kept: it is fitted to the records.
+    #[serde(skip)]
     pub(crate) initial: Vec<InitialState>,
 }
 
@@ -109,6 +111,11 @@ struct KnownPart<'a> {
 impl ClosedModel {
     pub(crate) fn modes(&self) -> usize {
         self.poles.len()
+    }
+
+    /// Steps of the integration between two samples.
+    pub(crate) fn parts(&self) -> usize {
+        self.effect.parts()
     }
 
     fn inputs(&self) -> usize {

@@ -13,6 +13,9 @@ const HALF_BAR: f64 = 0.3;
 /// Largest number of modes whose shapes are drawn into one panel.
 const MOST_SHAPES: usize = 7;
 
+/// Phase from which a shape is drawn as a complex one, rad: one degree. Shapes of free decays have less by their noise alone.
+const LEAST_PHASE: f64 = std::f64::consts::PI / 180.0;
+
 /// From this modal assurance of two different modes on, the sensors hardly tell their shapes apart.
 const ALIKE: f64 = 0.9;
 
@@ -31,6 +34,7 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
         (Some(one), positions) => placed(structure, &[one], positions, subject.options.swing),
         (None, positions) => placed(structure, &modes, positions, subject.options.swing),
     };
+    let shown = chosen.map_or_else(|| modes.clone(), |one| vec![one]);
     let mut figure = Figure {
         rows: vec![PanelRow::new(vec![shape, assurances(structure, &modes)], 1.0)],
         caption: "Shapes of the modes over the sensors, the largest entry one, negative where a sensor swings against it; and the \
@@ -39,6 +43,14 @@ pub(super) fn figure(subject: &ModalSubject<'_>) -> Result<Figure, String> {
         height: 280.0,
         ..Figure::default()
     };
+    if let Some(complex) = complex_plane(&shown, subject.options.swing) {
+        figure.rows.push(PanelRow::new(vec![complex], 1.0));
+        figure.height *= 2.0;
+        figure.caption.push_str(
+            " In the complex plane each sensor's entry is drawn from the origin: in phase or against it they lie on one line, as \
+             where damping is proportional; sensors that come sooner or later stand off it.",
+        );
+    }
     if chosen.is_some() {
         figure.caption.insert_str(0, "One mode alone, with standard errors. ");
     }
@@ -65,8 +77,9 @@ fn one(structure: &Structure, number: usize, mode: &Mode, swing: Option<f64>) ->
     let mut panel = blank(structure, "shape of one mode", format!("mode {}", mode_name(number, mode)));
     let bar = |(s, height): (usize, &f64)| {
         let at = (s + 1) as f64;
-        let phase = mode.phase.get(s).copied().unwrap_or(0.0).to_degrees();
-        let text = if phase.abs() < 1.0 { String::new() } else { format!("{}°", plain(phase, 0)) };
+        let phase = mode.phase.get(s).copied().unwrap_or(0.0);
+        let text =
+            if phase.abs() < LEAST_PHASE { String::new() } else { format!("{}°", plain(phase.to_degrees(), 0)) };
         PlotBar { from: at - HALF_BAR, to: at + HALF_BAR, height: *height, text, text_at: height.max(0.0) }
     };
     let bars = swung(mode, swing).iter().enumerate().map(bar).collect();
@@ -87,6 +100,44 @@ fn one(structure: &Structure, number: usize, mode: &Mode, swing: Option<f64>) ->
 fn swung(mode: &Mode, swing: Option<f64>) -> Vec<f64> {
     let Some(angle) = swing else { return mode.shape.clone() };
     mode.shape.iter().zip(&mode.phase).map(|(s, phase)| s * (angle + phase).cos()).collect()
+}
+
+/// True if some sensor comes sooner or later than others by enough to be drawn.
+fn is_complex(mode: &Mode) -> bool {
+    mode.phase.iter().any(|phase| phase.abs() >= LEAST_PHASE)
+}
+
+/// The entries of complex shapes as arrows from the origin, turned on by as much as the shapes have swung; none where all shapes
+/// are real.
+fn complex_plane(modes: &[(usize, &Mode)], swing: Option<f64>) -> Option<Panel> {
+    let complex: Vec<_> = modes.iter().filter(|(_, mode)| is_complex(mode)).take(MOST_SHAPES).collect();
+    if complex.is_empty() {
+        return None;
+    }
+    // The panel is about twice as wide as high: a circle stays one.
+    let axis = |name: &str, reach: f64| Axis::linear(name, "", (-reach, reach));
+    let mut panel = Panel::new("complex plane", axis("real part", 2.3), axis("imaginary part", 1.15));
+    panel.guides.push(Guide::Level { ink: Ink::Cursor, at: 0.0, text: String::new() });
+    panel.title = match complex[..] {
+        [(number, mode)] => format!("mode {} in the complex plane", mode_name(*number, mode)),
+        _ => "complex plane".into(),
+    };
+    panel.fixed = true;
+    for (number, mode) in complex {
+        let end = |(size, phase): (&f64, &f64)| {
+            let angle = phase + swing.unwrap_or(0.0);
+            [size * angle.cos(), size * angle.sin()]
+        };
+        let ends: Vec<[f64; 2]> = mode.shape.iter().zip(&mode.phase).map(end).collect();
+        let ink = Ink::of_term(*number - 1);
+        let arrows = Points::new(ends.iter().flat_map(|end| [[0.0, 0.0], *end, [0.0, 0.0]]));
+        panel.layers.push(Layer::new(ink, number.to_string(), Shape::Line(arrows)));
+        panel.layers.push(Layer::new(ink, "", Shape::Marks(Points::new(ends.iter().copied()))));
+        let head = |what: &str| format!("mode {number} {what}");
+        panel.columns.push((head("real part"), ends.iter().map(|e| e[0]).collect()));
+        panel.columns.push((head("imaginary part"), ends.iter().map(|e| e[1]).collect()));
+    }
+    Some(panel)
 }
 
 /// All modes as lines over the sensors.

@@ -107,6 +107,33 @@ fn one_mode_alone_has_a_bar_for_each_sensor() {
 }
 
 #[test]
+fn complex_shapes_are_drawn_in_the_complex_plane_and_real_ones_are_not() {
+    let mut analysis = decays();
+    let panels = |analysis: &ModalAnalysis, swing: Option<f64>| -> Vec<crate::figure::Panel> {
+        let options = ModalOptions { swing, ..ModalOptions::default() };
+        let figure = ModalView::Shapes.figure(&ModalSubject { analysis, record: 0, options: &options }).unwrap();
+        figure.panels().cloned().collect()
+    };
+    analysis.structure.modes.iter_mut().for_each(|mode| mode.phase = vec![0.0, 1e-3]);
+    assert!(panels(&analysis, None).iter().all(|p| p.id != "complex plane"));
+    // The second sensor of the faster mode comes half a radian late.
+    let mode = &mut analysis.structure.modes[1];
+    mode.phase = vec![0.0, -0.5];
+    let shape = mode.shape.clone();
+    let drawn = panels(&analysis, None).into_iter().find(|p| p.id == "complex plane").expect("a panel");
+    assert_eq!(drawn.layers.iter().filter(|l| !l.name.is_empty()).map(|l| l.name.as_str()).collect::<Vec<_>>(), ["2"]);
+    let imaginary = &drawn.columns[1];
+    assert_eq!(imaginary.0, "mode 2 imaginary part");
+    assert!(imaginary.1[0].abs() < 1e-12 && (imaginary.1[1] + shape[1] * 0.5_f64.sin()).abs() < 1e-12, "{imaginary:?}");
+    // A quarter of a cycle on all have turned by as much.
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let turned = panels(&analysis, Some(quarter)).into_iter().find(|p| p.id == "complex plane").expect("a panel");
+    for (still, on) in imaginary.1.iter().zip(&turned.columns[0].1) {
+        assert!((still + on).abs() < 1e-12, "{still} {on}");
+    }
+}
+
+#[test]
 fn a_shape_that_has_swung_half_a_cycle_is_turned_over() {
     let analysis = decays();
     let first = |swing: Option<f64>| -> Vec<[f64; 2]> {

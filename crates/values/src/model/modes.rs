@@ -5,9 +5,10 @@ use nalgebra::{Complex, DMatrix, DVector, Schur};
 use super::Model;
 use super::physical::slope;
 use crate::term::{Kind, Symbol};
+use serde::{Deserialize, Serialize};
 
 /// A free oscillation of the linear part: `q e^(λt)` with a complex shape `q`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mode {
     /// Natural frequency |λ|/2π, Hz: that of the oscillation without its damping.
     pub frequency: f64,

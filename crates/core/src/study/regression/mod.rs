@@ -25,7 +25,7 @@ use rows::{filtered, integrated, smooth_alike};
 use sindyscope_values::model::{Equation, Model, WeightedTerm, kinematic};
 use sindyscope_values::term::{Expression, Kind, Layout, Program, Symbol, Term};
 use sliding::{Moving, keep};
-pub(super) use sliding::{RowRaster, sliding, standing};
+pub(super) use sliding::{RowRaster, shortest_standstills, sliding, standing};
 pub(super) use uncertainty::Resampling;
 
 /// Library columns and the rates to explain, over every fitted record.
@@ -89,8 +89,15 @@ struct Target {
     rate_rms: f64,
 }
 
-/// The rows of a record that a regression uses, counted in strides from its first sample.
-type RowsInside<'a> = &'a dyn Fn(&Signals) -> Range<usize>;
+/// The rows of records that a regression uses.
+pub(super) struct RowChoice<'a> {
+    /// Samples from one row to the next.
+    pub(super) stride: usize,
+    /// The rows of a record, counted in strides from its first sample.
+    pub(super) inside: &'a dyn Fn(&Signals) -> Range<usize>,
+    /// Where the records are pieces of a longer one: samples of its shortest standstill of each velocity whose sign is taken.
+    pub(super) shortest_standstills: Option<&'a [Option<usize>]>,
+}
 
 /// Rows that a regression uses, at most: more say nothing new and cost time.
 const MAX_ROWS: usize = 120_000;
@@ -117,7 +124,8 @@ impl Regression {
             let margin = smoothing.margin(signals.length).min(count / 8).div_ceil(stride);
             margin..count.div_ceil(stride) - margin
         };
-        let regression = Self::of_rows(layout, terms, records, smoothing, basis, fitted, (stride, &inside))?;
+        let rows = RowChoice { stride, inside: &inside, shortest_standstills: None };
+        let regression = Self::of_rows(layout, terms, records, smoothing, basis, fitted, &rows)?;
         enough(regression.rows(), terms)?;
         Ok(regression)
     }
@@ -130,8 +138,9 @@ impl Regression {
         smoothing: &Smoothing,
         basis: &Basis,
         fitted: &[usize],
-        (stride, inside): (usize, RowsInside<'_>),
+        rows: &RowChoice<'_>,
     ) -> Result<Self, StudyError> {
+        let RowChoice { stride, inside, shortest_standstills } = *rows;
         let expressions: Vec<Expression> = terms.iter().map(|t| t.expression().clone()).collect();
         let program = Program::new(&expressions, layout);
         let filter = if smoothing.filter_library { smoothing.filter() } else { None };
@@ -141,7 +150,7 @@ impl Regression {
         let mut rates: Vec<Vec<f64>> = vec![Vec::new(); fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
-        let moving = Moving::new(layout, terms, records, |signals| {
+        let moving = Moving::new(layout, terms, records, shortest_standstills, |signals| {
             let inside = inside(signals);
             RowRaster {
                 rows: inside.len(),
@@ -210,7 +219,7 @@ impl Regression {
         let mut rows = vec![StateRows { columns: vec![Vec::new(); terms.len()], rate: Vec::new() }; fitted.len()];
         let mut starts = Vec::with_capacity(records.len());
         let mut block = 1;
-        let moving = Moving::new(layout, terms, records, |signals| weak.raster(signals));
+        let moving = Moving::new(layout, terms, records, None, |signals| weak.raster(signals));
         for (signals, moving) in records.iter().zip(&moving.rows) {
             starts.push(rows.first().map_or(0, |r| r.rate.len()));
             weak.append(layout, terms, signals, fitted, moving, &mut rows);
@@ -314,13 +323,13 @@ impl Regression {
         }
     }
 
-    /// The reduced problem of the same rows, each weighed by a bell over all of them (Hann's): the scores of its residuals are
-    /// those of a stretch with soft edges. Residuals of derivatives have neighbours that cancel, and at a hard edge these are
-    /// missing. Without its columns, as [`Self::joined`].
+    /// The reduced problem of the same rows, each weighed by a bell (Hann's) over the stretch that it lies in: the scores of its
+    /// residuals are those of stretches with soft edges. Residuals of derivatives have neighbours that cancel, and at a hard edge these
+    /// are missing. Without its columns, as [`Self::joined`].
     pub(super) fn tapered(&self) -> Self {
-        let weight = |row: usize, rows: usize| (std::f64::consts::PI * (row as f64 + 0.5) / rows.max(1) as f64).sin();
+        let weights = self.bell();
         let weighed = |values: &[f64]| -> Vec<f64> {
-            values.iter().enumerate().map(|(row, value)| value * weight(row, values.len())).collect()
+            values.iter().zip(&weights).map(|(value, weight)| value * weight).collect()
         };
         let of_target = |target: &Target| {
             let columns: Vec<Vec<f64>> = target.columns.iter().map(|column| weighed(column)).collect();
@@ -338,6 +347,38 @@ impl Regression {
             block: self.block,
             origin: SignalOrigin::Joined,
         }
+    }
+
+    /// The weight of each row in a bell over its stretch, whose square is Hann's.
+    fn bell(&self) -> Vec<f64> {
+        let weight = |row: usize, rows: usize| (std::f64::consts::PI * (row as f64 + 0.5) / rows as f64).sin();
+        self.stretches.iter().flat_map(|(_, rows)| (0..rows.len()).map(|row| weight(row, rows.len()))).collect()
+    }
+
+    /// Standard deviation that white noise of unit deviation, of which each fitted equation's rate has the response `kernels[equation]`
+    /// by sample, gives a residual's part along each column of norm one, with soft edges: `[equation][term]`. It is larger in
+    /// short stretches, where less cancels. One where a column is zero.
+    pub(super) fn spread_of_noise(&self, kernels: &[Vec<f64>], stride: usize) -> Vec<Vec<f64>> {
+        let weights = self.bell();
+        let of_column = |column: &Vec<f64>, kernel: &[f64]| {
+            let (mut squares, mut norm) = (0.0, 0.0);
+            for (_, rows) in &self.stretches {
+                let mut passed = vec![0.0; (rows.len().saturating_sub(1)) * stride + kernel.len()];
+                for (row, place) in rows.clone().enumerate() {
+                    let weighed = weights[place] * column[place];
+                    norm += weighed * weighed;
+                    let pushed = &mut passed[row * stride..row * stride + kernel.len()];
+                    pushed.iter_mut().zip(kernel).for_each(|(sum, k)| *sum += weights[place] * weighed * k);
+                }
+                squares += dot(&passed, &passed);
+            }
+            let spread = (squares / norm).sqrt();
+            if spread.is_finite() && spread > 0.0 { spread } else { 1.0 }
+        };
+        let of_target = |(target, kernel): (&Target, &Vec<f64>)| {
+            target.columns.iter().map(|column| of_column(column, kernel)).collect()
+        };
+        self.targets.iter().zip(kernels).map(of_target).collect()
     }
 
     /// The library's columns whose coefficient in a fitted equation of a model was found, not given.

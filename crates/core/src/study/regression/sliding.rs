@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::signal::{Signals, median, standstills};
+use crate::signal::{Signals, median, shortest_standstill, standstills, standstills_from};
 use sindyscope_values::record::Role;
 use sindyscope_values::term::{Expression, Function, Layout, Symbol, Term, derivative};
 
@@ -15,18 +15,59 @@ const MIN_ROW_SHARE: f64 = 0.05;
 /// Only where the displacements that it moves by are measured.
 pub(in crate::study) fn standing(sliding: &[Expression], layout: &Layout, signals: &Signals) -> Vec<Range<usize>> {
     let Some(period) = signals.main_period else { return Vec::new() };
-    let mut all: Vec<Range<usize>> = Vec::new();
-    for parts in sliding.iter().filter_map(|velocity| displacement(velocity, layout, signals)) {
-        let samples = signals.states.first().map_or(0, Vec::len);
-        let mut motion = vec![0.0; samples];
+    let found = sliding.iter().filter_map(|velocity| SlidingMotion::new(velocity, layout, signals));
+    in_order(found.flat_map(|m| standstills(&m.values, m.noise, period / signals.interval)).collect())
+}
+
+/// Samples of the shortest standstill of each velocity whose sign is taken, as a record tells them; none where it tells none.
+pub(in crate::study) fn shortest_standstills(
+    sliding: &[Expression],
+    layout: &Layout,
+    signals: &Signals,
+) -> Vec<Option<usize>> {
+    let of = |velocity: &Expression| {
+        let motion = SlidingMotion::new(velocity, layout, signals)?;
+        shortest_standstill(&motion.values, motion.noise, signals.main_period? / signals.interval)
+    };
+    sliding.iter().map(of).collect()
+}
+
+/// As [`standing`], of a piece of a longer record that tells the shortest standstill of each velocity.
+fn standing_from(
+    sliding: &[Expression],
+    shortest: &[Option<usize>],
+    layout: &Layout,
+    signals: &Signals,
+) -> Vec<Range<usize>> {
+    let known = sliding.iter().zip(shortest).filter_map(|(velocity, least)| Some((velocity, (*least)?)));
+    let found = known.filter_map(|(velocity, least)| Some((SlidingMotion::new(velocity, layout, signals)?, least)));
+    in_order(found.flat_map(|(m, least)| standstills_from(&m.values, m.noise, least)).collect())
+}
+
+/// The displacement that a velocity whose sign is taken is the rate of.
+struct SlidingMotion {
+    values: Vec<f64>,
+    /// Standard deviation of its noise.
+    noise: f64,
+}
+
+impl SlidingMotion {
+    /// None where it is not measured.
+    fn new(velocity: &Expression, layout: &Layout, signals: &Signals) -> Option<Self> {
+        let parts = displacement(velocity, layout, signals)?;
+        let mut values = vec![0.0; signals.states.first().map_or(0, Vec::len)];
         let mut variance = 0.0;
         for (channel, factor) in &parts {
             let measured = &signals.measured[*channel];
-            motion.iter_mut().zip(measured.values.iter()).for_each(|(m, value)| *m += factor * value);
+            values.iter_mut().zip(measured.values.iter()).for_each(|(m, value)| *m += factor * value);
             variance += (factor * measured.noise).powi(2);
         }
-        all.extend(standstills(&motion, variance.sqrt(), period / signals.interval));
+        Some(Self { values, noise: variance.sqrt() })
     }
+}
+
+/// Stretches in order, those that touch joined.
+fn in_order(mut all: Vec<Range<usize>>) -> Vec<Range<usize>> {
     all.sort_by_key(|r| r.start);
     let mut joined: Vec<Range<usize>> = Vec::new();
     for stretch in all {
@@ -88,15 +129,24 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    /// All rows, where too few would be left to fit the terms.
+    /// Where the records are pieces of a longer one, `shortest` says its shortest standstill of each velocity whose sign is taken: the
+    /// rows that are left are then few where a piece stands. Else the records tell it, and all rows count where too few would be
+    /// left to fit the terms.
     pub(super) fn new(
         layout: &Layout,
         terms: &[Term],
         records: &[Arc<Signals>],
+        shortest: Option<&[Option<usize>]>,
         raster: impl Fn(&Signals) -> RowRaster,
     ) -> Self {
         let sliding = sliding(terms);
         let rasters: Vec<RowRaster> = records.iter().map(|signals| raster(signals)).collect();
+        if let Some(shortest) = shortest {
+            let of = |(signals, raster): (&Arc<Signals>, &RowRaster)| {
+                moving(&standing_from(&sliding, shortest, layout, signals), raster)
+            };
+            return Self { rows: records.iter().zip(&rasters).map(of).collect() };
+        }
         let standing: Vec<Vec<Range<usize>>> =
             records.iter().map(|signals| standing(&sliding, layout, signals)).collect();
         let all: usize = rasters.iter().map(|r| r.rows).sum();

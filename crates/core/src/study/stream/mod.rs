@@ -13,7 +13,7 @@ mod window;
 use std::sync::Arc;
 
 use super::candidates::candidate_terms;
-use super::regression::{Basis, Regression, fitted_states};
+use super::regression::{Basis, Regression, RowChoice, fitted_states, shortest_standstills, sliding};
 use super::{Formulation, Settings, StudyError, check};
 use crate::signal::{SignalFacts, Signals, Smoother};
 use alarm::ChangeDetector;
@@ -44,6 +44,10 @@ pub struct Stream {
     /// What is measured; without samples.
     channels: Vec<Channel>,
     facts: SignalFacts,
+    /// Samples of the shortest standstill of each velocity whose sign is taken, as the opening tells them: a block is too short to.
+    shortest_standstills: Vec<Option<usize>>,
+    /// What one sample of noise does to each fitted rate: `[equation][sample]`.
+    kernels: Vec<Vec<f64>>,
     blocking: Blocking,
     stretch: StreamStretch,
     window: Window,
@@ -132,6 +136,9 @@ impl Stream {
         let terms = candidate_terms(&study, &layout);
         let fitted = fitted_states(&layout, study.kinematics);
         let blocking = blocking(opening, &study, &facts, last, terms.len())?;
+        let signals = Signals::new(opening, &layout, &study.smoothing, &facts);
+        let shortest_standstills = shortest_standstills(&sliding(&terms), &layout, &signals);
+        let kernels = kernels(opening, &layout, &study, &facts, &fitted);
         let channels: Vec<Channel> =
             opening.channels.iter().map(|c| Channel { values: Arc::default(), ..c.clone() }).collect();
         let stretch =
@@ -145,6 +152,8 @@ impl Stream {
             fitted,
             channels,
             facts,
+            shortest_standstills,
+            kernels,
             blocking,
             stretch,
             window,
@@ -240,6 +249,7 @@ impl Stream {
         let signals = Arc::new(Signals::new(&record, &self.layout, &self.settings.smoothing, &self.facts));
         let smoothing = &self.settings.smoothing;
         let inside = |_: &Signals| margin..margin + rows;
+        let choice = RowChoice { stride, inside: &inside, shortest_standstills: Some(&self.shortest_standstills) };
         let regression = Regression::of_rows(
             &self.layout,
             &self.terms,
@@ -247,11 +257,13 @@ impl Stream {
             smoothing,
             &Basis::Samples,
             &self.fitted,
-            (stride, &inside),
+            &choice,
         );
-        // Rows fewer than terms tell nothing by themselves, but something with others.
-        let regression = regression.ok()?;
+        // Rows fewer than terms tell nothing by themselves, but something with others; where friction holds still all of them there
+        // are none.
+        let regression = regression.ok().filter(|r| r.rows() > 0)?;
         let tapered = regression.tapered();
+        let spreads = regression.spread_of_noise(&self.kernels, stride);
         let regression = Regression::joined(&[&regression]).bounded(&self.settings);
         let block = StreamBlock {
             time,
@@ -261,6 +273,7 @@ impl Stream {
             alarmed: false,
             regression,
             tapered,
+            spreads,
         };
         Some(self.identify(block))
     }
@@ -269,7 +282,7 @@ impl Stream {
     fn identify(&mut self, mut block: StreamBlock) -> StreamUpdate {
         let time = block.time;
         let (judged, change) = self.detector.judge(&block, &mut self.window, self.blocking.kept);
-        block.alarmed = self.detector.stands();
+        block.alarmed = self.detector.doubts();
         self.window.push(block);
         let identified = self.window.identify(&self.settings);
         self.detector.learn(&self.window, &identified, &self.settings);
@@ -307,6 +320,37 @@ fn streamable(study: &Settings, opening: &Record) -> Result<(), StudyError> {
     }
 }
 
+/// What one sample of noise does to each fitted rate: the rate of a motion that is one at a single sample and zero elsewhere, smoothed
+/// as the stream is.
+fn kernels(
+    opening: &Record,
+    layout: &Layout,
+    study: &Settings,
+    facts: &SignalFacts,
+    fitted: &[usize],
+) -> Vec<Vec<f64>> {
+    let leading = opening.channel(Role::Displacement(0)).map_or(&[][..], |c| &c.values);
+    let length = Smoother::length(&study.smoothing, leading).ceil() as usize;
+    // Rates are smoothed twice; beyond that nothing is left of a sample.
+    let reach = 2 * length + 1;
+    let count = (4 * reach + 1).min(opening.len());
+    let at = count / 2;
+    let impulse: Arc<[f64]> = (0..count).map(|k| if k == at { 1.0 } else { 0.0 }).collect();
+    let motion = |c: &Channel| {
+        let values = if matches!(c.role, Role::Input(_)) { opening_part(c, count) } else { Arc::clone(&impulse) };
+        Channel { values, ..c.clone() }
+    };
+    let record = Record { channels: opening.channels.iter().map(motion).collect(), ..opening.slice(0..count) };
+    let signals = Signals::new(&record, layout, &study.smoothing, facts);
+    let near = at.saturating_sub(reach)..(at + reach + 1).min(count);
+    fitted.iter().map(|state| signals.rates[*state].get(near.clone()).map_or_else(Vec::new, <[f64]>::to_vec)).collect()
+}
+
+/// The first samples of a channel.
+fn opening_part(channel: &Channel, count: usize) -> Arc<[f64]> {
+    channel.values[..count].into()
+}
+
 /// How a stream is parted whose opening this is.
 fn blocking(
     opening: &Record,
@@ -333,5 +377,7 @@ fn blocking(
     Ok(Blocking { kept, ..blocking })
 }
 
+#[cfg(test)]
+mod sticking;
 #[cfg(test)]
 mod tests;

@@ -45,11 +45,11 @@ fn settings(terms: &str, last: f64) -> StreamSettings {
     StreamSettings { study: study(terms), last, false_alarms: 0.1 }
 }
 
-fn sample(record: &Record, k: usize) -> Vec<f64> {
+pub(super) fn sample(record: &Record, k: usize) -> Vec<f64> {
     record.channels.iter().map(|c| c.values[k]).collect()
 }
 
-fn pushed(stream: &mut Stream, record: &Record, range: std::ops::Range<usize>) -> Vec<StreamUpdate> {
+pub(super) fn pushed(stream: &mut Stream, record: &Record, range: std::ops::Range<usize>) -> Vec<StreamUpdate> {
     range.filter_map(|k| stream.push(&sample(record, k))).collect()
 }
 

@@ -18,19 +18,38 @@ pub(super) struct StreamBlock {
     pub(super) seconds: f64,
     /// Whether it is as long as others, so that their spread is its own.
     pub(super) judged: bool,
-    /// Whether it came while an alarm stood: it is no example of what is usual.
+    /// Whether it came while an alarm stood, or alarmed with the next one: it is no example of what is usual.
     pub(super) alarmed: bool,
     pub(super) regression: Regression,
     /// The same rows with soft edges.
     pub(super) tapered: Regression,
+    /// What the measurement's noise, of unit deviation, makes of a residual's part along each term: `[equation][term]`.
+    pub(super) spreads: Vec<Vec<f64>>,
+}
+
+/// What coefficients leave of a block's rate.
+#[derive(Clone, Debug)]
+pub(super) struct BlockLeft {
+    /// Its size, and with soft edges, its direction.
+    pub(super) unexplained: Unexplained,
+    /// What noise makes of its part along each term: a block of short stretches has more.
+    spreads: Vec<f64>,
+}
+
+impl BlockLeft {
+    /// Its part along a term, by which blocks compare whatever their stretches are.
+    pub(super) fn along(&self, term: usize) -> f64 {
+        self.unexplained.along[term] / self.spreads[term]
+    }
 }
 
 impl StreamBlock {
     /// What coefficients leave of its rates: the size of it, and with soft edges, in which direction.
-    pub(super) fn left_by(&self, coefficients: &[Vec<f64>]) -> Vec<Unexplained> {
+    pub(super) fn left_by(&self, coefficients: &[Vec<f64>]) -> Vec<BlockLeft> {
         let sizes = self.regression.left_by(coefficients);
         let soft = self.tapered.left_by(coefficients);
-        sizes.into_iter().zip(soft).map(|(size, soft)| Unexplained { rms: size.rms, ..soft }).collect()
+        let both = sizes.into_iter().zip(soft).map(|(size, soft)| Unexplained { rms: size.rms, ..soft });
+        both.zip(&self.spreads).map(|(unexplained, s)| BlockLeft { unexplained, spreads: s.clone() }).collect()
     }
 }
 
@@ -93,7 +112,7 @@ impl Window {
 pub(super) struct StreamFit {
     pub(super) model: Model,
     /// What each block leaves under the model of all the others; none of few blocks.
-    pub(super) left: Vec<Vec<Unexplained>>,
+    pub(super) left: Vec<Vec<BlockLeft>>,
 }
 
 /// Σ w² over the rows, as a share of their number, of Hann's weights: a sum of uncorrelated scores has so much less variance.
@@ -117,7 +136,7 @@ impl StreamFit {
             rest.coefficients_of(&others)
         };
         let rests = leave_one_out(&parts);
-        let left: Vec<Vec<Unexplained>> =
+        let left: Vec<Vec<BlockLeft>> =
             rests.iter().zip(blocks).map(|(rest, block)| block.left_by(&of_others(rest))).collect();
         let coefficients = joined.coefficients_of(&model);
         let own: Vec<Vec<Unexplained>> = blocks.iter().map(|b| b.tapered.left_by(&coefficients)).collect();
@@ -126,7 +145,7 @@ impl StreamFit {
             let fitted: Vec<usize> = joined.fitted_columns(e, &model, settings);
             let Some(bread) = joined.inverse_gram(e, &fitted) else { continue };
             // A fit draws its own residuals to nothing, one without the block leaves too much: the mean of both.
-            let score = |block: usize, k: usize| 0.5 * (own[block][e].score(k) + left[block][e].score(k));
+            let score = |block: usize, k: usize| 0.5 * (own[block][e].score(k) + left[block][e].unexplained.score(k));
             let scores = DMatrix::from_fn(fitted.len(), blocks.len(), |i, b| score(b, fitted[i]));
             let covariance = &bread * (&scores * scores.transpose() / HANN_POWER) * &bread;
             for term in &mut model.equations[*state].terms {
