@@ -59,6 +59,8 @@ pub(crate) struct Path {
     pub(crate) steps: Vec<ModePathStep>,
     /// The chosen one.
     pub(crate) chosen: usize,
+    /// All poles that were proposed.
+    pub(crate) pool: Vec<Pole>,
 }
 
 /// One number of modes.
@@ -127,7 +129,7 @@ pub(crate) fn path(
         if cancel.is_cancelled() {
             return Err(ModesError::Cancelled);
         }
-        let Some(next) = further(&coarse, &poles, &pool) else { break };
+        let Some(next) = further(&coarse, &poles, (&pool, &poles), SAME_POLE) else { break };
         poles.push(next);
         let Some(fit) = task.refine(&poles, request.steps, cancel) else { break };
         poles.clone_from(&fit.poles);
@@ -163,7 +165,7 @@ pub(crate) fn path(
         steps.push(step);
         chosen = steps.len() - 1;
     }
-    Ok(Path { steps, chosen })
+    Ok(Path { steps, chosen, pool: pool.poles })
 }
 
 /// Without the modes that data never fitted do not ask for once all are there; none where they ask for all.
@@ -216,10 +218,16 @@ pub(crate) fn residuals(task: &LinearTask<'_>, fit: &ModalFit, series: &[SensorS
     (0..series.len()).map(|r| (0..task.sensors).map(|s| task.residual(fit, s, r)).collect()).collect()
 }
 
-/// The pole of a pool that takes most off what the present ones leave.
-pub(crate) fn further(task: &LinearTask<'_>, poles: &[Pole], pool: &PolePool) -> Option<Pole> {
+/// The pole of a pool that takes most off what the present ones leave, and is none of those known; `apart` is the least distance from
+/// these, as a logarithm of the frequency.
+pub(crate) fn further(
+    task: &LinearTask<'_>,
+    poles: &[Pole],
+    (pool, known): (&PolePool, &[Pole]),
+    apart: f64,
+) -> Option<Pole> {
     let fit = task.fit(poles)?;
-    let is_new = |p: &Pole| poles.iter().all(|q| (p.omega / q.omega).ln().abs() >= SAME_POLE);
+    let is_new = |p: &Pole| known.iter().all(|q| (p.omega / q.omega).ln().abs() >= apart);
     let gains = task.gains(&fit, pool);
     let free = pool.poles.iter().zip(&gains).filter(|(p, g)| is_new(p) && g.is_finite());
     free.max_by(|a, b| a.1.total_cmp(b.1)).map(|(p, _)| *p)
