@@ -10,11 +10,11 @@ use super::force::{Effect, Site};
 use super::identify::{Linear, Path, PathRequest, Split, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
-    AT_REST, BEGINNING, BEHIND, BEHIND_NOISES, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES,
-    HELD_STEPS, HELD_VALUES, HOLDS, KEPT, LAST_GAIN, LEAST_ERROR, LEAST_STRETCH, LEFT_OUT, LEFT_OUT_STEPS, MATTERS,
-    MODE_GAIN, MODES_MISSING, MORE_MODES, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS, MOST_OTHERS, NEAR, NEAR_NOISES,
-    NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SAME_HOLDS, SAME_WAY,
-    SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    AT_REST, BEGINNING, BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN,
+    HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, KEPT, LAST_GAIN, LEAST_ERROR, LEAST_STRETCH, LEFT_OUT,
+    LEFT_OUT_STEPS, MATTERS, MODE_GAIN, MODES_MISSING, MORE_MODES, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS,
+    MOST_OTHERS, NEAR, NEAR_NOISES, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, RIVAL_STEPS, ROUGH, ROUND_GAIN,
+    ROUNDS, SAME_HOLDS, SAME_WAY, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, SensorSeries};
@@ -497,14 +497,12 @@ impl ForceSearch<'_> {
                 let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
                 task.refine(&standing.poles, RIVAL_STEPS, cancel)?
             } else {
-                let along = if explains {
-                    Along::Force
-                } else if round == 0 {
-                    Along::Reconstructed
+                let steps = if round == 0 {
+                    screen.start_path(&candidate, &known, most, cancel)?
                 } else {
-                    Along::Rough
+                    let along = if explains { Along::Force } else { Along::Rough };
+                    screen.open_path(&candidate, &known, most, along, cancel)?
                 };
-                let steps = screen.open_path(&candidate, &known, most, along, cancel)?;
                 let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
                 let at = match self.fixed {
                     Some(_) => steps.len() - 1,
@@ -553,7 +551,7 @@ impl ForceSearch<'_> {
             let noise = self.noise_in(&unseen.residuals);
             let before = got.as_ref().map(|g| g.1.error);
             done = unseen.error < ENOUGH * noise;
-            explains = unseen.error < MATTERS * noise;
+            explains = unseen.error < CLOSE_NOISES * noise;
             let enough = (done && rival)
                 || (near && unseen.error > standing.error)
                 || unseen.error > self.linear_error().max(NEAR_NOISES * noise)

@@ -177,6 +177,9 @@ pub(crate) const KEPT: f64 = 1.2;
 /// A start is given up where its error exceeds so many noises and so many times that of the best so far.
 pub(crate) const BEHIND_NOISES: f64 = 1.5;
 pub(crate) const BEHIND: f64 = 1.2;
+/// Error, in noises, up to which a force is so close to the data that further modes are judged by data never fitted; above, they stand for
+/// what it lacks.
+pub(crate) const CLOSE_NOISES: f64 = 2.0;
 /// Error, in noises, up to which a force is near the data: what follows starts from its modes.
 pub(crate) const NEAR_NOISES: f64 = 3.0;
 /// Mean square, as a multiple of the middle one, from which a stretch's state is sought from the end of the one before.

@@ -9,8 +9,8 @@ use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::{Residuals, rms};
 use super::limits::{
     APART, BAND_END, CORNERS, DRIVEN, FORCE_POLE_RATES, GAP_STEPS, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_SMOOTHING,
-    MOST_YIELD, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, SAME_POLE, SCREEN_ROWS, SCREEN_STEPS, SMOOTHING, YIELD_RATIO,
-    YIELDS,
+    MOST_YIELD, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, ROUGH, SAME_POLE, SCREEN_ROWS, SCREEN_STEPS, SMOOTHING,
+    YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, Quantity, Sensor, SensorSeries};
@@ -333,6 +333,25 @@ impl Screen<'_> {
         (!all.is_empty()).then_some(all)
     }
 
+    /// The path that a closed loop starts from: the one whose modes carry the motion of the force's place, where that leaves about as
+    /// little as the one that asks for nothing of the kind. Accelerations that were integrated may drift, and poles then follow the
+    /// drift.
+    pub(crate) fn start_path(
+        &self,
+        candidate: &ForceCandidate,
+        known: &[Pole],
+        most: usize,
+        cancel: &Cancel,
+    ) -> Option<Vec<(ModalFit, f64)>> {
+        let plain = self.open_path(candidate, known, most, Along::Rough, cancel)?;
+        if candidate.moved.is_none() {
+            return Some(plain);
+        }
+        let least = |path: &[(ModalFit, f64)]| path.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+        let carrying = self.open_path(candidate, known, most, Along::Reconstructed, cancel);
+        carrying.filter(|path| least(path) < ROUGH * least(&plain)).or(Some(plain))
+    }
+
     /// The fitted records and sensors with one more: the reconstructed motion that a force depends on. A mode that carries this motion
     /// is part of the loop, though accelerometers show little of a slow one.
     fn with_motion(&self, effect: Effect, site: Site, moved: &[Vec<f64>]) -> (Vec<SensorSeries>, Vec<Sensor>) {
@@ -363,10 +382,13 @@ impl Screen<'_> {
     }
 }
 
-/// True if no two poles came close to each other, and none is damped as no mode of a structure is: such ones stand for a force's error.
+/// True if the last of several poles came close to none of the others: one that did stands for a force's error. One that is damped as
+/// no mode of a structure is stands for a drift, and beside nothing.
 fn told_apart(poles: &[Pole]) -> bool {
-    let apart = |(k, p): (usize, &Pole)| poles[k + 1..].iter().all(|q| (p.omega / q.omega).ln().abs() > 0.5 * APART);
-    poles.iter().enumerate().all(apart) && poles.iter().all(|p| p.damping < POOL_DAMPING.1)
+    let Some((new, others)) = poles.split_last() else { return true };
+    let light = |p: &Pole| p.damping < POOL_DAMPING.1;
+    let near = |q: &&Pole| light(q) && (new.omega / q.omega).ln().abs() < 0.5 * APART;
+    !light(new) || others.iter().find(near).is_none()
 }
 
 /// The band that holds the power of all inputs, Hz; none without inputs.
