@@ -262,6 +262,16 @@ impl States {
     }
 }
 
+/// An open-loop fit along a candidate force.
+#[derive(Clone, Copy)]
+struct OpenFit<'a> {
+    task: &'a LinearTask<'a>,
+    fit: &'a ModalFit,
+    candidate: &'a ForceCandidate,
+    /// True if the force is that of a model that was fitted before.
+    again: bool,
+}
+
 /// How a closed loop starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StartKind {
@@ -483,7 +493,6 @@ impl ForceSearch<'_> {
         // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
         let (rival, near) = (standing.explained, !standing.poles.is_empty());
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
-        let across = Screen::across(self.measurement, candidate.site)?;
         let parts = parts_of(candidate.effect);
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
@@ -492,58 +501,31 @@ impl ForceSearch<'_> {
         let mut got: Option<(FollowedForce, Unseen)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
         for round in 0..if rival { 1 } else { ROUNDS } {
-            let fit = if round == 0 && !standing.poles.is_empty() {
+            let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
+            let fit = if round == 0 && near {
                 // Beside one that explains the data it must have what that one has, and no more.
-                let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
                 task.refine(&standing.poles, RIVAL_STEPS, cancel)?
             } else {
-                let steps = if round == 0 {
+                let path = if round == 0 {
                     screen.start_path(&candidate, &known, most, cancel)?
                 } else {
                     let along = if explains { Along::Force } else { Along::Rough };
                     screen.open_path(&candidate, &known, most, along, cancel)?
                 };
-                let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
-                let at = match self.fixed {
-                    Some(_) => steps.len() - 1,
-                    // Until the force is right, further modes stand for what it lacks.
-                    None if !explains => {
-                        let from = steps.iter().position(|s| s.1 < ROUGH * best)?;
-                        let more = with_more_modes && round == 0;
-                        if more { self.modes_for_stretches(&candidate, &steps, from + 1, cancel)? } else { from }
-                    }
-                    None => self.worth(screen, &candidate, &steps)?,
+                let at = if explains && self.fixed.is_none() {
+                    self.worth(screen, &candidate, &path)?
+                } else {
+                    self.start_modes(&candidate, &path, with_more_modes && round == 0, cancel)?
                 };
                 // Along a force that explains the data, only a mode that it had hidden is worth another fit.
-                if done && got.as_ref().is_some_and(|g| steps[at].0.poles.len() <= g.0.model.modes()) {
+                if done && got.as_ref().is_some_and(|g| path[at].0.poles.len() <= g.0.model.modes()) {
                     break;
                 }
-                steps.into_iter().nth(at)?.0
+                path.into_iter().nth(at)?.0
             };
-            let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
-            let offsets = self.offsets(&task, &fit);
-            let mut best_start: Option<(FollowedForce, StartKind)> = None;
-            let mut errors = Vec::new();
-            for which in &starts {
-                // In a further round the second kind may be the first one again, which is all there is then.
-                let again = (round > 0).then_some(StartKind::Plain);
-                let kinds = [Some(*which), again];
-                let first = kinds.into_iter().flatten().find_map(|k| self.start(&task, &fit, &candidate, &across, k));
-                let Some((start, states)) = first else { continue };
-                let begun = self.begun(start, &states, &offsets, parts, cancel);
-                let found = begun.and_then(|begun| {
-                    self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel)
-                });
-                if let Some(found) = found {
-                    let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
-                    if best_start.as_ref().is_none_or(|(b, _)| found.error < b.error) {
-                        best_start = Some((found, *which));
-                    }
-                    if good || near {
-                        break;
-                    }
-                }
-            }
+            // In a further round the second kind may be the first one again, which is all there is then.
+            let open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
+            let best_start = self.best_start(&open, &starts, (bound, near), cancel);
             let Some((found, kind)) = best_start else { break };
             // Where the starts part, they do so at first.
             starts = vec![kind];
@@ -566,16 +548,8 @@ impl ForceSearch<'_> {
             }
             // The model's own force lets further modes be seen.
             let Some(forces) = forces else { break };
-            candidate.fitted.values = forces;
-            candidate.unseen.values = unseen_forces;
-            let unit = candidate.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
-            if unit.is_nan() || unit <= 0.0 {
+            if !candidate.goes_along(&model, forces, unseen_forces) {
                 break;
-            }
-            candidate.unit = model.unit * unit;
-            candidate.inner = model.inner;
-            for v in candidate.fitted.values.iter_mut().chain(&mut candidate.unseen.values) {
-                v.iter_mut().for_each(|f| *f /= unit);
             }
             known = model.poles.clone();
         }
@@ -591,6 +565,56 @@ impl ForceSearch<'_> {
         let densities = residuals.densities(&self.split.intervals(), period);
         let FollowedForce { model, course, .. } = found;
         Some(FittedStructure { candidate, model, course, residuals, densities, error: unseen.error })
+    }
+
+    /// The number of modes (less one) that a closed loop starts with: until the force is right, further modes stand for what it lacks.
+    fn start_modes(
+        &self,
+        candidate: &ForceCandidate,
+        path: &[(ModalFit, f64)],
+        with_more_modes: bool,
+        cancel: &Cancel,
+    ) -> Option<usize> {
+        if self.fixed.is_some() {
+            return Some(path.len() - 1);
+        }
+        let best = path.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+        let from = path.iter().position(|s| s.1 < ROUGH * best)?;
+        if with_more_modes { self.modes_for_stretches(candidate, path, from + 1, cancel) } else { Some(from) }
+    }
+
+    /// Of the kinds of start the one that leaves least in closed loop; where one is near the data already or this one explains them, the
+    /// first that can be followed.
+    fn best_start(
+        &self,
+        open: &OpenFit<'_>,
+        kinds: &[StartKind],
+        (bound, near): (f64, bool),
+        cancel: &Cancel,
+    ) -> Option<(FollowedForce, StartKind)> {
+        let OpenFit { task, fit, candidate, again } = *open;
+        let across = Screen::across(self.measurement, candidate.site)?;
+        let offsets = self.offsets(task, fit);
+        let parts = parts_of(candidate.effect);
+        let mut best: Option<(FollowedForce, StartKind)> = None;
+        let mut errors = Vec::new();
+        for which in kinds {
+            let tried = [Some(*which), again.then_some(StartKind::Plain)];
+            let first = tried.into_iter().flatten().find_map(|k| self.start(task, fit, candidate, &across, k));
+            let Some((start, states)) = first else { continue };
+            let found = self
+                .begun(start, &states, &offsets, parts, cancel)
+                .and_then(|begun| self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel));
+            let Some(found) = found else { continue };
+            let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
+            if best.as_ref().is_none_or(|(b, _)| found.error < b.error) {
+                best = Some((found, *which));
+            }
+            if good || near {
+                break;
+            }
+        }
+        best
     }
 
     /// The number of modes (less one) that data never fitted ask for.

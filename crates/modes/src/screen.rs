@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use super::closed::ClosedModel;
 use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::{Residuals, rms};
@@ -66,6 +67,25 @@ pub(crate) struct ForceCandidate {
     pub(crate) bounds: (f64, f64),
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
+}
+
+impl ForceCandidate {
+    /// Goes on along the force that a model makes itself, `[record][instant]` of the fitted and the unseen records in the model's unit;
+    /// false where it makes none.
+    pub(crate) fn goes_along(&mut self, model: &ClosedModel, fitted: Vec<Vec<f64>>, unseen: Vec<Vec<f64>>) -> bool {
+        self.fitted.values = fitted;
+        self.unseen.values = unseen;
+        let unit = self.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
+        if unit.is_nan() || unit <= 0.0 {
+            return false;
+        }
+        self.unit = model.unit * unit;
+        self.inner = model.inner;
+        for v in self.fitted.values.iter_mut().chain(&mut self.unseen.values) {
+            v.iter_mut().for_each(|f| *f /= unit);
+        }
+        true
+    }
 }
 
 /// Motions across a site along all records.
