@@ -15,9 +15,9 @@ impl ChosenPoles<'_> {
     }
 
     /// True if a pole may join others, which stand for the chosen ones `taken`: each of these gets one mode, however close they are.
-    /// Where the data choose, any that is new may.
-    pub(crate) fn is_open(self, pole: &Pole, others: &[Pole], taken: &[usize]) -> bool {
-        self.nearest(pole).map_or_else(|| is_new(others, pole), |k| !taken.contains(&k))
+    /// Where the data choose, any that is `apart` from the others may.
+    pub(crate) fn is_open(self, pole: &Pole, others: &[Pole], apart: f64, taken: &[usize]) -> bool {
+        self.nearest(pole).map_or_else(|| is_new(others, pole, apart), |k| !taken.contains(&k))
     }
 
     /// Proposed poles, and each chosen one that none of them is nearest to.
@@ -38,15 +38,15 @@ mod tests {
         let chosen = ChosenPoles(&all);
         let moved = Pole::at(1.3, 0.05);
         assert_eq!(chosen.nearest(&moved), Some(0));
-        assert!(!chosen.is_open(&moved, &[moved], &[0]) && chosen.is_open(&moved, &[moved], &[1]));
+        assert!(!chosen.is_open(&moved, &[moved], 0.01, &[0]) && chosen.is_open(&moved, &[moved], 0.01, &[1]));
         let pool = chosen.completed(vec![moved, Pole::at(0.9, 0.01)]);
         assert_eq!(pool.len(), 3);
         assert!((pool[2].frequency() - 4.0).abs() < 1e-9);
         // Where the data choose, a pole joins if it is not there yet.
         let free = ChosenPoles(&[]);
         assert!(
-            free.is_open(&moved, &all, &[])
-                && !free.is_open(&moved, &[moved], &[])
+            free.is_open(&moved, &all, 0.01, &[])
+                && !free.is_open(&moved, &[moved], 0.01, &[])
                 && free.completed(vec![moved]).len() == 1
         );
     }

@@ -1,6 +1,7 @@
 //! What a linear structure lacks: candidates screened linearly, fitted in closed loop, judged on data never fitted.
 
 use std::borrow::Cow;
+use std::collections::VecDeque;
 
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -12,20 +13,22 @@ use super::force::{Effect, Site};
 use super::identify::{Path, PathRequest, Split, chosen_path, inflation, linear, main_period, path};
 use super::judge::{Residuals, beats, compared, rms};
 use super::limits::{
-    AT_REST, BEGINNING, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES,
-    HOLDS, HOPELESS, HOPELESS_NOISES, KEPT, LAST_POLE_STEPS, LEAST_ERROR, LEAST_STRETCH, MATTERS, MODE_GAIN,
-    MOST_CANDIDATES, MOST_JOINTS, NEAR, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, ROUGH, ROUND_GAIN, ROUNDS,
-    SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
+    AT_REST, BEGINNING, BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, FOLLOWED, FORCE_GAIN, HELD_GAIN,
+    HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, KEPT, LAST_GAIN, LAST_POLE_STEPS, LEAST_ERROR, LEAST_STRETCH,
+    LEFT_OUT, LEFT_OUT_STEPS, MATTERS, MODE_GAIN, MODES_MISSING, MORE_MODES, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS,
+    MOST_OTHERS, NEAR, NEAR_NOISES, NEAR_OTHER_EFFECT, NOTHING_MISSING, OTHER_START, RIVAL_STEPS, ROUGH, ROUND_GAIN,
+    ROUNDS, SAME_HOLDS, SAME_WAY, SCREENED_MODES, SHARPER, STATE_STEPS, STRETCH, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, SensorSeries};
 use super::motion::PARTS;
 use super::outcome::Structure;
 use super::pole::{self, Pole};
-use super::screen::{ForceCandidate, Screen, SiteKind, deviation};
+use super::screen::{Along, ForceCandidate, Screen, SiteKind, deviation};
 use super::settings::Base;
 use super::start::RecordStart;
 use super::study::{in_band, noise_floor, record_fits, structure};
+use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::{Found, Lead};
@@ -147,7 +150,7 @@ pub struct ForceParameter {
 }
 
 /// What the candidates that were fitted before have come to.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct ForceStanding {
     /// True if one explains the data.
     explained: bool,
@@ -155,6 +158,9 @@ struct ForceStanding {
     error: f64,
     /// The least noise that their residuals show.
     noise: f64,
+    /// Poles of the one with the least error, where that is near the noise: they are nearer to the structure's than those of a fit
+    /// along a force that is rough.
+    poles: Vec<Pole>,
 }
 
 /// The least errors of screened candidates: a joint that slips stands in for much of what others do, so these are held against
@@ -315,6 +321,16 @@ impl States {
     }
 }
 
+/// An open-loop fit along a candidate force.
+#[derive(Clone, Copy)]
+struct OpenFit<'a> {
+    task: &'a LinearTask<'a>,
+    fit: &'a ModalFit,
+    candidate: &'a ForceCandidate,
+    /// True if the force is that of a model that was fitted before.
+    again: bool,
+}
+
 /// How a closed loop starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StartKind {
@@ -340,6 +356,17 @@ struct FollowedForce {
     residuals: Vec<Vec<Vec<f64>>>,
     /// RMS that is left, jumps counted.
     error: f64,
+}
+
+/// A fit over short stretches.
+struct BegunFit {
+    model: ClosedModel,
+    course: Course,
+    /// The states at the records' beginnings; none where these are at rest.
+    whole_initial: Vec<InitialState>,
+    /// RMS that is left, jumps counted, and the noise in it.
+    error: f64,
+    noise: f64,
 }
 
 /// What is left of the records never fitted, and the force on the fine grid.
@@ -379,8 +406,8 @@ impl ForceSearch<'_> {
             .map(|n| if n.is_finite() { n } else { 0.0 })
             .collect();
         let Self { measurement, split, chosen, .. } = *self;
-        let screen = Screen { measurement, split, poles, chosen, modes, noises };
-        let explains = |f: &FittedStructure| f.error < EXPLAINS * self.noise_in(&f.residuals.unseen);
+        let screen = Screen { measurement, split, poles, chosen, modes, pool: &self.path.pool, noises };
+        let explains = |f: &FittedStructure| self.explains(f);
         let mut all: Vec<FittedStructure> = Vec::new();
         let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
         // Where a force to the ground explains the data, none between sensors is asked for.
@@ -391,30 +418,91 @@ impl ForceSearch<'_> {
             let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
             let candidates = screen.candidates(reach, &screened, cancel);
             nearest.see(&candidates);
-            let chosen = self.promising(&candidates, &all, nearest);
-            let count = chosen.len();
-            for (k, candidate) in chosen.into_iter().enumerate() {
-                report("fitting the force", from + (to - from) * (0.4 + 0.6 * k as f64 / count as f64));
+            let mut chosen = VecDeque::from(self.promising(&candidates, &all, nearest));
+            let mut others = self.others(&candidates, chosen.make_contiguous());
+            let (near, mut count) = (chosen.len(), 0);
+            let again: Vec<ForceCandidate> =
+                chosen.iter().chain(&others).filter(|c| !c.effect.has_memory()).take(MOST_AGAIN).cloned().collect();
+            while let Some(candidate) = chosen.pop_front().or_else(|| self.next_other(&mut others, &all)) {
+                let share = f64::from(count) / (near + MOST_OTHERS) as f64;
+                report("fitting the force", from + (to - from) * (0.4 + 0.6 * share));
+                count += 1;
                 // Where one explains the data, those that are far from it need no fit.
-                let explained = all.iter().any(explains);
-                if explained && candidate.error > NEAR * nearest.to(candidate.effect) {
+                if all.iter().any(explains) && candidate.error > NEAR * nearest.to(candidate.effect) {
                     continue;
                 }
-                let standing = ForceStanding {
-                    explained,
-                    error: all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min),
-                    noise: all.iter().map(|f| self.noise_in(&f.residuals.unseen)).fold(self.noise, f64::min),
-                };
-                all.extend(self.closed(&screen, candidate, standing, cancel));
+                all.extend(self.closed(&screen, candidate, &self.standing(&all), false, cancel));
                 if cancel.is_cancelled() {
                     return Err(ModesError::Cancelled);
+                }
+                // Where none of the near ones explains the data, the next ones are asked for.
+                if count as usize >= near + MOST_OTHERS || (chosen.is_empty() && all.iter().any(explains)) {
+                    break;
+                }
+            }
+            // Where none did, modes may be hidden that the first ones were fitted without.
+            for candidate in again {
+                let standing = self.standing(&all);
+                if standing.explained || !standing.poles.is_empty() {
+                    break;
+                }
+                if let Some(fitted) = self.closed(&screen, candidate, &standing, true, cancel) {
+                    keep_better(&mut all, fitted);
                 }
             }
             if cancel.is_cancelled() {
                 return Err(ModesError::Cancelled);
             }
         }
+        // What was fitted before a mode was found that its force had hidden gets that mode too.
+        let standing = self.standing(&all);
+        if standing.explained {
+            let poorer = |f: &&FittedStructure| f.model.modes() < standing.poles.len() && !self.explains(f);
+            let again: Vec<ForceCandidate> = all.iter().filter(poorer).map(|f| f.candidate.clone()).collect();
+            for candidate in again {
+                if let Some(fitted) = self.closed(&screen, candidate, &standing, false, cancel) {
+                    keep_better(&mut all, fitted);
+                }
+            }
+        }
         Ok(all)
+    }
+
+    fn explains(&self, fitted: &FittedStructure) -> bool {
+        fitted.error < EXPLAINS * self.noise_in(&fitted.residuals.unseen)
+    }
+
+    /// What the candidates that were fitted have come to.
+    fn standing(&self, fitted: &[FittedStructure]) -> ForceStanding {
+        let noise = fitted.iter().map(|f| self.noise_in(&f.residuals.unseen)).fold(self.noise, f64::min);
+        let best = fitted.iter().min_by(|a, b| a.error.total_cmp(&b.error));
+        let near = best.filter(|f| f.error < NEAR_NOISES * noise);
+        ForceStanding {
+            explained: fitted.iter().any(|f| self.explains(f)),
+            error: best.map_or(f64::INFINITY, |f| f.error),
+            noise,
+            poles: near.map_or_else(Vec::new, |f| f.model.poles.clone()),
+        }
+    }
+
+    /// Candidates without a memory behind those that are chosen, the best first: of each effect and place one.
+    fn others(&self, candidates: &[ForceCandidate], chosen: &[ForceCandidate]) -> Vec<ForceCandidate> {
+        let mut others: Vec<ForceCandidate> = Vec::new();
+        for c in candidates.iter().filter(|c| !c.effect.has_memory() && c.error < FORCE_GAIN * self.linear_error()) {
+            if chosen.iter().chain(&others).all(|k| (k.effect, k.site) != (c.effect, c.site)) {
+                others.push(c.clone());
+            }
+        }
+        others
+    }
+
+    /// The next one: at the place of the best that was fitted where that is near the noise, since a place is told sooner than an
+    /// effect, else the first.
+    fn next_other(&self, others: &mut Vec<ForceCandidate>, fitted: &[FittedStructure]) -> Option<ForceCandidate> {
+        let near = !self.standing(fitted).poles.is_empty();
+        let best = fitted.iter().filter(|_| near).min_by(|a, b| a.error.total_cmp(&b.error)).map(|f| f.candidate.site);
+        let at = others.iter().position(|c| Some(c.site) == best).unwrap_or(0);
+        (!others.is_empty()).then(|| others.remove(at))
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
@@ -457,53 +545,46 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         mut candidate: ForceCandidate,
-        standing: ForceStanding,
+        standing: &ForceStanding,
+        with_more_modes: bool,
         cancel: &Cancel,
     ) -> Option<FittedStructure> {
-        let rival = standing.explained;
+        // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
+        let (rival, near) = (standing.explained, !standing.poles.is_empty());
         let most = self.fixed.unwrap_or(SCREENED_MODES.1);
-        let across = Screen::across(self.measurement, candidate.site)?;
         let parts = candidate.effect.parts();
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
-        let bound = (HOPELESS_NOISES * standing.noise).max(HOPELESS * standing.error.min(self.linear_error()));
-        let mut done = false;
+        let bound = (BEHIND_NOISES * standing.noise).max(BEHIND * standing.error.min(self.linear_error()));
+        let (mut done, mut explains) = (false, false);
         let mut got: Option<(FollowedForce, Unseen)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
         for round in 0..if rival { 1 } else { ROUNDS } {
-            let steps = screen.open_path(&candidate.fitted, &candidate.unseen, &known, most, 5, cancel, false)?;
-            let best = steps.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
-            let at = match self.fixed {
-                Some(_) => steps.len() - 1,
-                None if round == 0 => steps.iter().position(|s| s.1 < ROUGH * best)?,
-                None => self.worth(screen, &candidate, &steps)?,
-            };
-            // Along a force that explains the data, only a mode that it had hidden is worth another fit.
-            if done && got.as_ref().is_some_and(|g| steps[at].0.poles.len() <= g.0.model.modes()) {
-                break;
-            }
-            let (fit, _) = steps.into_iter().nth(at)?;
             let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
-            let offsets: Vec<Vec<f64>> = (0..self.split.fitted.len())
-                .map(|r| (0..self.measurement.sensors.len()).map(|s| task.offset(&fit, s, r)).collect())
-                .collect();
-            let mut best_start: Option<(FollowedForce, StartKind)> = None;
-            for which in &starts {
-                let Some((start, states)) = self.start(&task, &fit, &candidate, &across, *which) else { continue };
-                let found = self.follow(start, &states, &offsets, (parts, bound, candidate.yields.1), cancel);
-                if let Some(found) = found {
-                    let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
-                    if best_start.as_ref().is_none_or(|(b, _)| found.error < b.error) {
-                        best_start = Some((found, *which));
-                    }
-                    if good {
-                        break;
-                    }
-                } else if standing.error < HOPELESS_NOISES * standing.noise {
-                    // Beside one that comes near the noise, what is far from it gets no other start.
+            let fit = if round == 0 && near {
+                // Beside one that explains the data it must have what that one has, and no more.
+                task.refine(&standing.poles, RIVAL_STEPS, cancel)?
+            } else {
+                let path = if round == 0 {
+                    screen.start_path(&candidate, &known, most, cancel)?
+                } else {
+                    let along = if explains { Along::Force } else { Along::Rough };
+                    screen.open_path(&candidate, &known, most, along, cancel)?
+                };
+                let at = if explains && self.fixed.is_none() {
+                    self.worth(screen, &candidate, &path)?
+                } else {
+                    self.start_modes(&candidate, &path, with_more_modes && round == 0, cancel)?
+                };
+                // Along a force that explains the data, only a mode that it had hidden is worth another fit.
+                if done && got.as_ref().is_some_and(|g| path[at].0.poles.len() <= g.0.model.modes()) {
                     break;
                 }
-            }
+                path.into_iter().nth(at)?.0
+            };
+            // In a further round the second kind may be the first one again, which is all there is then.
+            let open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
+            let best_start = self.best_start(&open, &starts, (bound, near), cancel);
             let Some((found, kind)) = best_start else { break };
             // Where the starts part, they do so at first.
             starts = vec![kind];
@@ -511,9 +592,11 @@ impl ForceSearch<'_> {
             let noise = self.noise_in(&unseen.residuals);
             let before = got.as_ref().map(|g| g.1.error);
             done = unseen.error < ENOUGH * noise;
+            explains = unseen.error < CLOSE_NOISES * noise;
             let enough = (done && rival)
-                || unseen.error > self.linear_error().max(HOPELESS_NOISES * noise)
-                || before.is_some_and(|b| unseen.error > ROUND_GAIN * b);
+                || (near && unseen.error > standing.error)
+                || unseen.error > self.linear_error().max(NEAR_NOISES * noise)
+                || before.is_some_and(|b| unseen.error > if explains { LAST_GAIN } else { ROUND_GAIN } * b);
             let of = found.course.along(&self.measurement.sensors, &self.split.fitted, PARTS);
             let forces =
                 if enough { None } else { found.model.simulate(of).map(|s| found.course.records(of, s.forces, 1)) };
@@ -524,31 +607,73 @@ impl ForceSearch<'_> {
             }
             // The model's own force lets further modes be seen.
             let Some(forces) = forces else { break };
-            candidate.fitted.values = forces;
-            candidate.unseen.values = unseen_forces;
-            let unit = candidate.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
-            if unit.is_nan() || unit <= 0.0 {
+            if !candidate.goes_along(&model, forces, unseen_forces) {
                 break;
-            }
-            candidate.unit = model.unit * unit;
-            candidate.inner = model.inner;
-            for v in candidate.fitted.values.iter_mut().chain(&mut candidate.unseen.values) {
-                v.iter_mut().for_each(|f| *f /= unit);
             }
             known = model.poles.clone();
         }
         let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
         let (found, unseen) = got?;
-        // A joint that yields at once is dry friction.
-        if found.model.effect.has_memory() && found.model.inner[0] < candidate.yields.0 {
+        if found.model.inner[0] < candidate.bounds.0 {
             return None;
         }
+        let (found, unseen) = if rival { (found, unseen) } else { self.without_needless(found, unseen, parts, cancel) };
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
         let FollowedForce { model, course, .. } = found;
         Some(FittedStructure { candidate, model, course, residuals, densities, error: unseen.error })
+    }
+
+    /// The number of modes (less one) that a closed loop starts with: until the force is right, further modes stand for what it lacks.
+    fn start_modes(
+        &self,
+        candidate: &ForceCandidate,
+        path: &[(ModalFit, f64)],
+        with_more_modes: bool,
+        cancel: &Cancel,
+    ) -> Option<usize> {
+        if self.fixed.is_some() {
+            return Some(path.len() - 1);
+        }
+        let best = path.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+        let from = path.iter().position(|s| s.1 < ROUGH * best)?;
+        if with_more_modes { self.modes_for_stretches(candidate, path, from + 1, cancel) } else { Some(from) }
+    }
+
+    /// Of the kinds of start the one that leaves least in closed loop; where one is near the data already or this one explains them, the
+    /// first that can be followed.
+    fn best_start(
+        &self,
+        open: &OpenFit<'_>,
+        kinds: &[StartKind],
+        (bound, near): (f64, bool),
+        cancel: &Cancel,
+    ) -> Option<(FollowedForce, StartKind)> {
+        let OpenFit { task, fit, candidate, again } = *open;
+        let across = Screen::across(self.measurement, candidate.site)?;
+        let offsets = self.offsets(task, fit);
+        let parts = candidate.effect.parts();
+        let mut best: Option<(FollowedForce, StartKind)> = None;
+        let mut errors = Vec::new();
+        for which in kinds {
+            let tried = [Some(*which), again.then_some(StartKind::Plain)];
+            let first = tried.into_iter().flatten().find_map(|k| self.start(task, fit, candidate, &across, k));
+            let Some((start, states)) = first else { continue };
+            let found = self
+                .begun(start, &states, &offsets, parts, cancel)
+                .and_then(|begun| self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel));
+            let Some(found) = found else { continue };
+            let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
+            if best.as_ref().is_none_or(|(b, _)| found.error < b.error) {
+                best = Some((found, *which));
+            }
+            if good || near {
+                break;
+            }
+        }
+        best
     }
 
     /// The number of modes (less one) that data never fitted ask for.
@@ -711,37 +836,102 @@ impl ForceSearch<'_> {
         noise_of(residuals.iter().flatten()).min(self.noise)
     }
 
-    /// Fits over short stretches that are held together ever more, then over whole records; where these cannot be followed,
-    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound, or a joint does
-    /// not yield below the displacement `most_yield`.
-    fn follow(
+    /// A fit over short stretches that are hardly held together.
+    fn begun(
         &self,
         start: ClosedModel,
         states: &States,
         offsets: &[Vec<f64>],
-        (parts, bound, most_yield): (usize, f64, f64),
+        parts: usize,
         cancel: &Cancel,
-    ) -> Option<FollowedForce> {
+    ) -> Option<BegunFit> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
         let whole_initial = start.initial.clone();
-        let rest = whole_initial.is_empty();
         let total: usize = series.iter().map(SensorSeries::len).sum();
         let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
         let segments = stretches(series, self.stretch(&start), samples / total as f64);
         let mut model = start;
         model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
+        let rest = whole_initial.is_empty();
         let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
         model = model.eased(course.along(sensors, series, parts), STATE_STEPS, 1e-2, cancel);
-        let mut error = f64::INFINITY;
+        course.weights = held(&model, HOLDS[0]);
+        let of = course.along(sensors, series, parts);
+        let (model, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
+        let error = (left.squares / left.samples as f64).sqrt();
+        let residuals = course.residuals(of, &left);
+        let noise = self.noise_in(&residuals);
+        Some(BegunFit { model, course, whole_initial, error, noise })
+    }
+
+    /// The number of modes (less one), from a number on, with which stretches that are hardly held together leave no more than noise.
+    /// Whatever a force lacks, it lacks over a longer time: what such short stretches leave is what modes are missing for.
+    fn modes_for_stretches(
+        &self,
+        candidate: &ForceCandidate,
+        steps: &[(ModalFit, f64)],
+        from: usize,
+        cancel: &Cancel,
+    ) -> Option<usize> {
+        let enough = |(fit, _): &(ModalFit, f64)| {
+            let begun = self.first_start(candidate, fit, StartKind::Plain, cancel);
+            begun.is_some_and(|b| b.error < MODES_MISSING * b.noise)
+        };
+        steps.iter().skip(from).take(MORE_MODES).position(enough).map(|more| from + more)
+    }
+
+    fn first_start(
+        &self,
+        candidate: &ForceCandidate,
+        fit: &ModalFit,
+        kind: StartKind,
+        cancel: &Cancel,
+    ) -> Option<BegunFit> {
+        let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
+        let across = Screen::across(self.measurement, candidate.site)?;
+        let (start, states) = self.start(&task, fit, candidate, &across, kind)?;
+        self.begun(start, &states, &self.offsets(&task, fit), candidate.effect.parts(), cancel)
+    }
+
+    fn offsets(&self, task: &LinearTask<'_>, fit: &ModalFit) -> Vec<Vec<f64>> {
+        let sensors = 0..self.measurement.sensors.len();
+        (0..self.split.fitted.len()).map(|r| sensors.clone().map(|s| task.offset(fit, s, r)).collect()).collect()
+    }
+
+    /// Goes on from short stretches to ones that are held together ever more, then over whole records; where these cannot be followed,
+    /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound, or what
+    /// is inside the force exceeds `most_inner`.
+    fn follow(
+        &self,
+        begun: BegunFit,
+        states: &States,
+        (parts, bound, most_inner): (usize, f64, f64),
+        known: &mut Vec<f64>,
+        cancel: &Cancel,
+    ) -> Option<FollowedForce> {
+        let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
+        let BegunFit { mut model, mut course, whole_initial, mut error, .. } = begun;
+        let (rest, offsets) = (whole_initial.is_empty(), course.offsets.clone());
         let whole =
-            Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.to_vec() };
+            Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.clone() };
+        let mut errors = Vec::new();
         for hold in HOLDS {
-            course.weights = held(&model, hold);
-            let of = course.along(sensors, series, parts);
-            let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
-            model = found;
-            error = (left.squares / left.samples as f64).sqrt();
-            if error > bound || (model.effect.has_memory() && model.inner[0] > most_yield) {
+            if hold > HOLDS[0] {
+                course.weights = held(&model, hold);
+                let of = course.along(sensors, series, parts);
+                let (found, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
+                model = found;
+                error = (left.squares / left.samples as f64).sqrt();
+            }
+            // At first a start may still be far from where it goes.
+            let bound = if errors.len() + 1 < SAME_HOLDS { 2.0 * bound } else { bound };
+            if error > bound || model.inner[0] > most_inner {
+                return None;
+            }
+            errors.push(error);
+            // From here on another start goes the same way.
+            let as_before = known.get(errors.len() - 1).is_some_and(|k| (error / k - 1.0).abs() < SAME_WAY);
+            if as_before && errors.len() >= SAME_HOLDS {
                 return None;
             }
             // Where whole records can be followed from here, nothing needs to be held.
@@ -753,6 +943,7 @@ impl ForceSearch<'_> {
                 }
             }
         }
+        *known = errors;
         let mut free_run = model.clone();
         free_run.initial = whole_initial;
         for (r, initial) in free_run.initial.iter_mut().enumerate() {
@@ -778,7 +969,7 @@ impl ForceSearch<'_> {
             first.map_or_else(|| states.at(r, 0), |k| model.initial[k].clone())
         };
         let starts = (0..series.len()).map(state).collect();
-        let (model, course) = self.shadowed(&model, starts, (series, offsets, rest), parts, cancel)?;
+        let (model, course) = self.shadowed(&model, starts, (series, &offsets, rest), parts, cancel)?;
         let of = course.along(sensors, series, parts);
         let left = model.simulate(of)?;
         let error = (left.squares / left.samples as f64).sqrt();
@@ -849,6 +1040,66 @@ impl ForceSearch<'_> {
             (Some(free), Some(shadowed)) if free.error <= shadowed.error => Some(free),
             (free, shadowed) => shadowed.or(free),
         }
+    }
+
+    /// A model that explains the data, without the modes that data never fitted do not ask for: what stood for an error of the force
+    /// while that was sought. Those without which the fit leaves least are tried first.
+    fn without_needless(
+        &self,
+        found: FollowedForce,
+        unseen: Unseen,
+        parts: usize,
+        cancel: &Cancel,
+    ) -> (FollowedForce, Unseen) {
+        let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
+        let (intervals, period) = (self.split.intervals(), main_period(series));
+        let densities = |found: &FollowedForce, unseen: &Unseen| {
+            let unknowns = found.model.shared();
+            Residuals { fitted: found.residuals.clone(), unseen: unseen.residuals.clone(), unknowns }
+                .densities(&intervals, period)
+        };
+        let (most, whole) = ((1.0 + MODE_GAIN) * unseen.error, densities(&found, &unseen));
+        let mut best = (found, unseen);
+        if self.fixed.is_some() || best.1.error > EXPLAINS * self.noise_in(&best.1.residuals) {
+            return best;
+        }
+        let fitted = |best: &FollowedForce, mode: usize, steps: usize| {
+            let mut course = best.course.clone();
+            if !course.weights.is_empty() {
+                course.weights.remove(mode);
+            }
+            let model = best.model.without(mode);
+            let free = if model.initial.is_empty() { Free::Shared } else { Free::All };
+            let (model, left) = model.fitted(course.along(sensors, series, parts), free, steps, 1e-3, cancel)?;
+            Some((model, left, course))
+        };
+        let modes: Vec<usize> = (0..best.0.model.modes()).collect();
+        let squares = |mode: usize| Some((mode, fitted(&best.0, mode, LEFT_OUT_STEPS)?.1.squares));
+        let mut order: Vec<(usize, f64)> = modes.into_par_iter().filter_map(squares).collect();
+        order.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (mut gone, mut kept): (Vec<usize>, usize) = (Vec::new(), 0);
+        for (mode, _) in order {
+            if kept == LEFT_OUT || best.0.model.modes() == 1 || cancel.is_cancelled() {
+                break;
+            }
+            let at = mode - gone.iter().filter(|g| **g < mode).count();
+            let next = fitted(&best.0, at, WHOLE_STEPS).and_then(|(model, left, course)| {
+                let unseen = self.unseen(&model, parts, cancel)?;
+                let residuals = course.residuals(course.along(sensors, series, parts), &left);
+                let error = (left.squares / left.samples as f64).sqrt();
+                let found = FollowedForce { residuals, error, model, course };
+                let missed = unseen.error > most && beats(&whole, &densities(&found, &unseen));
+                (!missed).then_some((found, unseen))
+            });
+            match next {
+                Some(next) => {
+                    best = next;
+                    gone.push(mode);
+                }
+                None => kept += 1,
+            }
+        }
+        best
     }
 
     /// The effect that stands, with its lead over the nearest rival, those that it does not beat, and all that were tried.
@@ -990,7 +1241,7 @@ impl ForceSearch<'_> {
             _ => &[],
         };
         for (k, name) in inner_names.iter().enumerate() {
-            let at = model.shared() - inner_names.len() + k;
+            let at = model.shared() - model.effect.free_inner() + k;
             parameters.push(ForceParameter {
                 name: (*name).into(),
                 value: model.inner[k],
@@ -1000,6 +1251,18 @@ impl ForceSearch<'_> {
         }
         let starts = RecordStart::closed(sensors, model, course, (&order, &sizes));
         ToldModel { modes: all, participation, drives, parameters, starts }
+    }
+}
+
+/// Adds a candidate, or puts it in the place of the same force that leaves more.
+fn keep_better(all: &mut Vec<FittedStructure>, fitted: FittedStructure) {
+    let same = |f: &FittedStructure| {
+        (f.candidate.effect, f.candidate.site) == (fitted.candidate.effect, fitted.candidate.site)
+    };
+    match all.iter().position(same) {
+        Some(k) if all[k].error <= fitted.error => {}
+        Some(k) => all[k] = fitted,
+        None => all.push(fitted),
     }
 }
 

@@ -100,7 +100,7 @@ impl Effect {
     pub(crate) fn free_inner(self) -> usize {
         match self {
             Self::BoucWenHysteresis => 2,
-            Self::Clearance => 1,
+            Self::Clearance | Self::CoulombFriction => 1,
             _ => 0,
         }
     }
@@ -184,7 +184,10 @@ impl Effect {
         let [first, _] = inner;
         match self {
             Self::CubicStiffness => (3.0 * x * x, 0.0),
-            Self::CoulombFriction => (first * first / x.hypot(first).powi(3), 0.0),
+            Self::CoulombFriction => {
+                let cube = x.hypot(first).powi(3);
+                (first * first / cube, -x * first / cube)
+            }
             Self::Clearance if x.abs() > first => (1.0, -x.signum()),
             Self::Clearance => (0.0, 0.0),
             Self::QuadraticDamping => (2.0 * x.abs(), 0.0),
@@ -212,7 +215,8 @@ impl Effect {
             Self::CoulombFriction => {
                 let (p, q) = (a.hypot(first), b.hypot(first));
                 let (sum, mean) = (p + q, (a + b) / (p + q));
-                (mean, [(1.0 - mean * a / p) / sum, (1.0 - mean * b / q) / sum, 0.0])
+                let by_inner = -mean * (first / p + first / q) / sum;
+                (mean, [(1.0 - mean * a / p) / sum, (1.0 - mean * b / q) / sum, by_inner])
             }
             Self::QuadraticDamping if a * b >= 0.0 => {
                 let sign = if a + b < 0.0 { -1.0 } else { 1.0 };
@@ -280,6 +284,8 @@ mod tests {
                 let by = |da: f64, db: f64| (effect.mean(a + da, b + db, inner).0 - mean) / h;
                 assert!((slopes[0] - by(h, 0.0)).abs() < 1e-4, "{effect:?} {a} {b}");
                 assert!((slopes[1] - by(0.0, h)).abs() < 1e-4, "{effect:?} {a} {b}");
+                let wider = (effect.mean(a, b, [inner[0] + h, 0.0]).0 - mean) / h;
+                assert!((slopes[2] - wider).abs() < 1e-4, "{effect:?} {a} {b}");
             }
         }
     }

@@ -59,6 +59,8 @@ pub(crate) struct Path {
     pub(crate) steps: Vec<ModePathStep>,
     /// The chosen one.
     pub(crate) chosen: usize,
+    /// All poles that were proposed.
+    pub(crate) pool: Vec<Pole>,
 }
 
 /// One number of modes.
@@ -126,7 +128,7 @@ pub(crate) fn path(
         if cancel.is_cancelled() {
             return Err(ModesError::Cancelled);
         }
-        let Some(next) = further(&coarse, &poles, &pool, &|p| is_new(&poles, p)) else { break };
+        let Some(next) = further(&coarse, &poles, &pool, &|p| is_new(&poles, p, SAME_POLE)) else { break };
         poles.push(next);
         let Some(fit) = task.refine(&poles, request.steps, cancel) else { break };
         poles.clone_from(&fit.poles);
@@ -155,7 +157,7 @@ pub(crate) fn path(
         steps.push(step);
         chosen = steps.len() - 1;
     }
-    Ok(Path { steps, chosen })
+    Ok(Path { steps, chosen, pool: pool.poles })
 }
 
 /// The only step of a path whose poles are known: refined by so many steps, and judged as any other.
@@ -171,7 +173,7 @@ pub(crate) fn chosen_path(
     let fit = task.refine(poles, refinement, cancel);
     let step = fit.and_then(|fit| judged(measurement, split, (&task, &unseen), &fit));
     let failed = || if cancel.is_cancelled() { ModesError::Cancelled } else { ModesError::NoMode };
-    Ok(Path { steps: vec![step.ok_or_else(failed)?], chosen: 0 })
+    Ok(Path { steps: vec![step.ok_or_else(failed)?], chosen: 0, pool: poles.to_vec() })
 }
 
 /// A fit of the fitted records with what it leaves of them and of those never fitted.
@@ -230,9 +232,9 @@ pub(crate) fn residuals(task: &LinearTask<'_>, fit: &ModalFit, series: &[SensorS
     (0..series.len()).map(|r| (0..task.sensors).map(|s| task.residual(fit, s, r)).collect()).collect()
 }
 
-/// True if a pole is none of those that are there.
-pub(crate) fn is_new(poles: &[Pole], pole: &Pole) -> bool {
-    poles.iter().all(|q| (pole.omega / q.omega).ln().abs() >= SAME_POLE)
+/// True if a pole is none of those that are there: `apart` is the least distance from these, as a logarithm of the frequency.
+pub(crate) fn is_new(poles: &[Pole], pole: &Pole, apart: f64) -> bool {
+    poles.iter().all(|q| (pole.omega / q.omega).ln().abs() >= apart)
 }
 
 /// The pole of a pool that takes most off what the present ones leave, of those that `open` lets in.

@@ -51,6 +51,8 @@ pub(crate) const HIGHEST: f64 = 0.85;
 pub(crate) const POOL_DISTANCE: (f64, f64) = (0.006, 0.5);
 /// Logarithm of the frequency within which a further pole is one that is chosen already, at first.
 pub(crate) const SAME_POLE: f64 = 0.015;
+/// The same along a force that does not explain the data yet.
+pub(crate) const APART: f64 = 0.1;
 /// Largest number of modes that the data may choose.
 pub(crate) const MOST_MODES: usize = 14;
 /// Numbers of modes that are tried without a better one before the choice ends.
@@ -89,10 +91,9 @@ pub(crate) const SPECTRUM_SAMPLES: usize = 4096;
 
 // Screening of forces.
 
-/// Gaps, as shares of the largest displacement: first everywhere, then between these at the best places. A gap between two
-/// of them is reached by the closed loop.
+/// Gaps, as shares of the largest displacement, and how often the best one of a place is sought between its neighbours.
 pub(crate) const GAPS: [f64; 6] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65];
-pub(crate) const FINER_GAPS: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
+pub(crate) const GAP_STEPS: usize = 2;
 /// Displacements at which a joint yields, as shares of the displacement's deviation, and the ratio γ/β of its loops' shape: the
 /// closed loop reaches what lies between.
 pub(crate) const YIELDS: [f64; 4] = [0.1, 0.25, 0.6, 1.5];
@@ -108,6 +109,8 @@ pub(crate) const MOST_YIELD: f64 = 10.0;
 /// closed loop: a measured velocity crosses zero at the wrong instant.
 pub(crate) const SMOOTHING: f64 = 0.05;
 pub(crate) const SHARPER: f64 = 0.4;
+/// The same that a closed loop may find at most: above, it is a damper.
+pub(crate) const MOST_SMOOTHING: f64 = 0.2;
 /// Corners of the high-pass behind an integration, as shares of the lowest frequency: the lower one keeps the motion, the
 /// higher one keeps the drift out. Both are tried.
 pub(crate) const CORNERS: [f64; 2] = [0.25, 0.8];
@@ -117,8 +120,6 @@ pub(crate) const BAND_END: f64 = 1.3;
 pub(crate) const SCREENED_MODES: (usize, usize) = (6, 8);
 /// Refinement steps of a screened force.
 pub(crate) const SCREEN_STEPS: usize = 2;
-/// Places within this factor of the best error get the finer gaps.
-pub(crate) const NEAR_PLACE: f64 = 1.3;
 /// Most pairs of sensors between which a force is looked for.
 pub(crate) const MOST_PAIRS: usize = 10;
 /// Candidates within this factor of the best error go to the closed loop; of each effect the best place within the second.
@@ -126,11 +127,22 @@ pub(crate) const NEAR: f64 = 1.25;
 pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 /// Most candidates that go to the closed loop, of each kind of place.
 pub(crate) const MOST_CANDIDATES: usize = 5;
+/// Most of those that go there where none of these explains the data, and refinement steps of a rival's poles beside one that does.
+pub(crate) const MOST_OTHERS: usize = 5;
+/// Most candidates that are fitted again with more modes where none came near the data.
+pub(crate) const MOST_AGAIN: usize = 3;
+pub(crate) const RIVAL_STEPS: usize = 5;
 /// The same of joints that slip.
 pub(crate) const MOST_JOINTS: usize = 2;
 /// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
 /// for that force's error.
 pub(crate) const ROUGH: f64 = 1.2;
+/// Factor from a linear mode's frequency within which another one takes over what a mode that is left out moved.
+pub(crate) const TAKES_OVER: f64 = 1.1;
+/// Modes that are left out of a closed loop in turn before it is said to need all: those without which least is left.
+pub(crate) const LEFT_OUT: usize = 2;
+/// Steps of the fit that says how much is left without a mode.
+pub(crate) const LEFT_OUT_STEPS: usize = 2;
 
 // The closed loop.
 
@@ -141,6 +153,12 @@ pub(crate) const LEAST_STRETCH: f64 = 16.0;
 /// What a jump between stretches counts for, in turn: RMS of a sensor for a jump as large as the state. At the last one a
 /// jump of a thousandth counts as a quarter of the sensor's RMS.
 pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
+/// Holds after which a start that has come to the error of the one before, within this share, is given up.
+pub(crate) const SAME_HOLDS: usize = 3;
+pub(crate) const SAME_WAY: f64 = 2e-3;
+/// Error over stretches that are hardly held together, in noises, up to which no mode is missing, and how many more are tried.
+pub(crate) const MODES_MISSING: f64 = 1.3;
+pub(crate) const MORE_MODES: usize = 3;
 /// Steps with each hold, and the share of the sum of squares that a step must gain for another to follow.
 pub(crate) const HELD_STEPS: usize = 15;
 pub(crate) const HELD_GAIN: f64 = 3e-3;
@@ -157,8 +175,13 @@ pub(crate) const BEGINNING: f64 = 0.15;
 pub(crate) const FOLLOWED: f64 = 2.0;
 pub(crate) const KEPT: f64 = 1.2;
 /// A start is given up where its error exceeds so many noises and so many times that of the best so far.
-pub(crate) const HOPELESS_NOISES: f64 = 3.0;
-pub(crate) const HOPELESS: f64 = 2.0;
+pub(crate) const BEHIND_NOISES: f64 = 1.5;
+pub(crate) const BEHIND: f64 = 1.2;
+/// Error, in noises, up to which a force is so close to the data that further modes are judged by data never fitted; above, they stand for
+/// what it lacks.
+pub(crate) const CLOSE_NOISES: f64 = 2.0;
+/// Error, in noises, up to which a force is near the data: what follows starts from its modes.
+pub(crate) const NEAR_NOISES: f64 = 3.0;
 /// Mean square, as a multiple of the middle one, from which a stretch's state is sought from the end of the one before.
 pub(crate) const STRAY_STRETCH: f64 = 4.0;
 /// Difference of the logarithm of the force's size from which a second start is another one.
@@ -166,10 +189,11 @@ pub(crate) const OTHER_START: f64 = 0.02;
 /// What is left of a coupling by which a force would push a mode the wrong way, at the first and the second start.
 pub(crate) const WRONG_COUPLING: [f64; 2] = [0.5, 0.1];
 /// Rounds of closed loop and further modes; error in noises at which only a further mode asks for another, and the share
-/// of the error before that a round must reach for another.
+/// of the error before that a round must reach for another, far from the noise and near to it.
 pub(crate) const ROUNDS: usize = 3;
 pub(crate) const ENOUGH: f64 = 1.03;
-pub(crate) const ROUND_GAIN: f64 = 0.97;
+pub(crate) const ROUND_GAIN: f64 = 0.8;
+pub(crate) const LAST_GAIN: f64 = 0.97;
 /// Size of an error, as a multiple of its sensor's RMS, from which a response has run away.
 pub(crate) const RUNAWAY: f64 = 1e3;
 

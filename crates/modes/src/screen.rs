@@ -2,22 +2,27 @@
 //!
 //! Source: J.-P. Noël, G. Kerschen, Mech. Syst. Signal Process. 40 (2013) 701 (frequency-domain nonlinear subspace identification).
 
+use std::sync::Arc;
+
 use super::chosen::ChosenPoles;
+use super::closed::ClosedModel;
 use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
-use super::judge::Residuals;
+use super::judge::{Residuals, rms};
 use super::limits::{
-    BAND_END, CORNERS, DRIVEN, FINER_GAPS, FORCE_POLE_RATES, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_YIELD, NEAR_PLACE,
-    SCREEN_ROWS, SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
+    APART, BAND_END, CORNERS, DRIVEN, FORCE_POLE_RATES, GAP_STEPS, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_SMOOTHING,
+    MOST_YIELD, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, ROUGH, SAME_POLE, SCREEN_ROWS, SCREEN_STEPS, SMOOTHING,
+    YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
-use super::measurement::{Measurement, Quantity, SensorSeries};
+use super::measurement::{Measurement, Quantity, Sensor, SensorSeries};
 use super::motion::{Band, PARTS, PlaceMotion, reconstructed};
 use super::pole::Pole;
 use super::subspace::distinct;
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::signal::Spectrum;
 use sindyscope_core::study::Cancel;
+use sindyscope_values::record::Role;
 
 /// Which sites are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,23 +33,60 @@ pub(crate) enum SiteKind {
     Pairs,
 }
 
+/// What a path of growing numbers of modes goes along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Along {
+    /// A force of the measured motion that is one of many: poles are refined for the last number alone.
+    Screened,
+    /// The same, as a start: the modes that carry this motion come first, and none beside another one, since that would stand for the
+    /// force's error.
+    Reconstructed,
+    /// The force of a model that does not explain the data yet.
+    Rough,
+    /// That of one that does.
+    Force,
+}
+
 /// A force where and how it was screened.
 #[derive(Clone)]
 pub(crate) struct ForceCandidate {
     pub(crate) effect: Effect,
     pub(crate) site: Site,
+    /// Number of the reconstructed motion that it was screened along.
+    motion: usize,
     /// What is inside the force: see [`Effect`].
     pub(crate) inner: [f64; 2],
     /// Of the fitted and the unseen records, divided by `unit`.
     pub(crate) fitted: ForceSeries,
     pub(crate) unseen: ForceSeries,
     pub(crate) unit: f64,
+    /// What the force depends on, `moved[record][sample]` of the fitted records, where no sensor measured it.
+    moved: Option<Arc<[Vec<f64>]>>,
     pub(crate) poles: Vec<Pole>,
-    /// Between which displacements a joint must yield: below, its loop is closed within a sample or very small, and nothing tells it
-    /// from dry friction; above, it is a spring.
-    pub(crate) yields: (f64, f64),
+    /// Between which values the first number inside it must lie: a joint that yields below is not told from dry friction, since its
+    /// loop is closed within a sample or very small, and one above is a spring; friction that turns over more is a damper.
+    pub(crate) bounds: (f64, f64),
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
+}
+
+impl ForceCandidate {
+    /// Goes on along the force that a model makes itself, `[record][instant]` of the fitted and the unseen records in the model's unit;
+    /// false where it makes none.
+    pub(crate) fn goes_along(&mut self, model: &ClosedModel, fitted: Vec<Vec<f64>>, unseen: Vec<Vec<f64>>) -> bool {
+        self.fitted.values = fitted;
+        self.unseen.values = unseen;
+        let unit = self.fitted.values.iter().map(|f| deviation(f)).fold(0.0, f64::max);
+        if unit.is_nan() || unit <= 0.0 {
+            return false;
+        }
+        self.unit = model.unit * unit;
+        self.inner = model.inner;
+        for v in self.fitted.values.iter_mut().chain(&mut self.unseen.values) {
+            v.iter_mut().for_each(|f| *f /= unit);
+        }
+        true
+    }
 }
 
 /// Motions across a site along all records.
@@ -63,6 +105,8 @@ pub(crate) struct Screen<'a> {
     /// Those that were chosen by hand: a model has one mode for each.
     pub(crate) chosen: ChosenPoles<'a>,
     pub(crate) modes: usize,
+    /// Poles that were proposed for it.
+    pub(crate) pool: &'a [Pole],
     /// Standard deviation of each sensor's noise.
     pub(crate) noises: Vec<f64>,
 }
@@ -155,42 +199,43 @@ impl Screen<'_> {
                 _ => vec![[inner(m), 0.0]],
             }
         };
-        let mut tasks: Vec<(usize, Effect, [f64; 2])> = Vec::new();
-        for (k, motion) in motions.iter().enumerate() {
-            for effect in Effect::ALL {
-                tasks.extend(rough(motion, effect).into_iter().map(|g| (k, effect, g)));
-            }
-        }
+        let tasks = |numbers: &[usize], several: bool| -> Vec<(usize, Effect, [f64; 2])> {
+            let of = |k: usize| Effect::ALL.into_iter().map(move |effect| (k, effect));
+            let all = numbers.iter().flat_map(|k| of(*k)).map(|(k, effect)| (k, effect, rough(&motions[k], effect)));
+            let wanted = all.filter(|(.., inner)| (inner.len() > 1) == several);
+            wanted.flat_map(|(k, effect, inner)| inner.into_iter().map(move |i| (k, effect, i))).collect()
+        };
         let run = |tasks: Vec<(usize, Effect, [f64; 2])>| -> Vec<ForceCandidate> {
             let all: Vec<Option<ForceCandidate>> = tasks
                 .into_par_iter()
                 .map(
                     |(k, effect, g)| {
-                        if cancel.is_cancelled() { None } else { self.candidate(&motions[k], effect, g, cancel) }
+                        if cancel.is_cancelled() { None } else { self.candidate((k, &motions[k]), effect, g, cancel) }
                     },
                 )
                 .collect();
             all.into_iter().flatten().collect()
         };
-        let mut found = run(tasks);
+        let numbers: Vec<usize> = (0..motions.len()).collect();
+        let mut found = run(tasks(&numbers, false));
+        report(0.3);
+        // Of the motions of a place the one along which these leave least serves for forces with a number inside.
+        let least = |k: usize| found.iter().filter(|c| c.motion == k).map(|c| c.error).fold(f64::INFINITY, f64::min);
+        let better = |k: &usize, l: usize| motions[l].site == motions[*k].site && (least(l), l) < (least(*k), *k);
+        let serving: Vec<usize> = numbers.iter().copied().filter(|k| !numbers.iter().any(|l| better(k, *l))).collect();
+        let more = run(tasks(&serving, true));
+        found.extend(more);
         report(0.7);
-        sort(&mut found);
-        let plain = || found.iter().filter(|c| !c.effect.has_memory());
-        let Some(best) = plain().next().map(|c| c.error) else { return found };
-        let mut places: Vec<Site> = Vec::new();
-        for c in plain().filter(|c| c.error < NEAR_PLACE * best) {
-            if !places.contains(&c.site) {
-                places.push(c.site);
-            }
+        // The squared error is a parabola of the gap near its least.
+        for _ in 0..GAP_STEPS {
+            let tasks = serving.iter().filter_map(|&k| {
+                let tried = found.iter().filter(|c| c.effect == Effect::Clearance && c.motion == k);
+                let tried: Vec<(f64, f64)> = tried.map(|c| (c.inner[0], c.error * c.error)).collect();
+                lowest(tried).map(|gap| (k, Effect::Clearance, [gap, 0.0]))
+            });
+            let finer = run(tasks.collect());
+            found.extend(finer);
         }
-        let mut finer: Vec<(usize, Effect, [f64; 2])> = Vec::new();
-        for site in places.into_iter().take(2) {
-            let at = motions.iter().enumerate().filter(|(_, m)| m.site == site);
-            for (k, motion) in at {
-                finer.extend(FINER_GAPS.iter().map(|g| (k, Effect::Clearance, [g * largest(motion), 0.0])));
-            }
-        }
-        found.extend(run(finer));
         report(1.0);
         sort(&mut found);
         found
@@ -202,7 +247,7 @@ impl Screen<'_> {
 
     fn candidate(
         &self,
-        motion: &SiteMotion,
+        (number, motion): (usize, &SiteMotion),
         effect: Effect,
         inner: [f64; 2],
         cancel: &Cancel,
@@ -223,54 +268,74 @@ impl Screen<'_> {
         let mut candidate = ForceCandidate {
             effect,
             site: motion_site,
+            motion: number,
             inner,
             fitted,
             unseen,
             unit,
+            moved: None,
             poles: Vec::new(),
-            yields: (
-                (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
-                MOST_YIELD * size(motion),
-            ),
+            bounds: match effect {
+                Effect::BoucWenHysteresis => (
+                    (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
+                    MOST_YIELD * size(motion),
+                ),
+                Effect::CoulombFriction => (0.0, MOST_SMOOTHING * speed(motion)),
+                _ => (0.0, f64::INFINITY),
+            },
             error: f64::INFINITY,
         };
-        let path =
-            self.open_path(&candidate.fitted, &candidate.unseen, self.poles, self.modes, SCREEN_STEPS, cancel, true)?;
+        let path = self.open_path(&candidate, self.poles, self.modes, Along::Screened, cancel)?;
         let (fit, error) = path.into_iter().last()?;
         candidate.poles = fit.poles;
         candidate.error = error;
+        let sensor = |s: &Sensor| s.quantity != Quantity::Displacement;
+        if self.measurement.sensors.iter().any(sensor) {
+            let sampled = |m: &PlaceMotion| argument(m).into_iter().step_by(PARTS).collect();
+            candidate.moved = Some(motion.fitted.iter().map(sampled).collect());
+        }
         Some(candidate)
     }
 
     /// Poles with a force as a further input, one more at a time, each with the error on the records never fitted.
-    ///
-    /// `last` keeps the refinement for the last number of modes.
-    #[expect(clippy::too_many_arguments, reason = "a path of fits has these inputs, and two callers")]
     pub(crate) fn open_path(
         &self,
-        fitted: &ForceSeries,
-        unseen: &ForceSeries,
+        candidate: &ForceCandidate,
         known: &[Pole],
         most: usize,
-        steps: usize,
+        along: Along,
         cancel: &Cancel,
-        last: bool,
     ) -> Option<Vec<(ModalFit, f64)>> {
         let sensors = &self.measurement.sensors;
         let rows: usize = self.split.fitted.iter().map(SensorSeries::len).sum();
+        let last = along == Along::Screened;
         let stride = if last { rows.div_ceil(SCREEN_ROWS) } else { 1 };
-        let coarse = LinearTask::new(&self.split.fitted, sensors, Some(fitted), rows.div_ceil(SCREEN_ROWS));
+        let ForceCandidate { fitted, unseen, .. } = candidate;
+        let steps = if last { SCREEN_STEPS } else { POLE_STEPS };
+        let rough = matches!(along, Along::Reconstructed | Along::Rough);
+        let apart = if rough { APART } else { SAME_POLE };
+        let seen = candidate.moved.as_ref().filter(|_| along == Along::Reconstructed);
+        let (series, choosing) = seen.map_or_else(
+            || (self.split.fitted.clone(), sensors.clone()),
+            |moved| self.with_motion(candidate.effect, candidate.site, moved),
+        );
+        let coarse = LinearTask::new(&series, &choosing, Some(fitted), rows.div_ceil(SCREEN_ROWS));
         let task = LinearTask::new(&self.split.fitted, sensors, Some(fitted), stride);
         let judge = LinearTask::new(&self.split.unseen, sensors, Some(unseen), stride);
         let found = pool(&self.split.fitted, Some(fitted), &FORCE_POLE_RATES);
-        let pool = coarse.pool(&self.chosen.completed(distinct(known.iter().copied().chain(found), 0.006, 0.5)));
-        let (mut poles, mut taken): (Vec<Pole>, Vec<usize>) = (Vec::new(), Vec::new());
+        // A start is worth those of all rates.
+        let others: &[Pole] = if last { &[] } else { self.pool };
+        let proposed = known.iter().chain(&found).chain(others).copied();
+        let pool = coarse.pool(&self.chosen.completed(distinct(proposed, POOL_DISTANCE.0, POOL_DISTANCE.1)));
+        let (mut poles, mut refused): (Vec<Pole>, Vec<Pole>) = (Vec::new(), Vec::new());
+        let mut taken: Vec<usize> = Vec::new();
         let mut all = Vec::new();
-        while poles.len() < most {
+        while poles.len() < most && refused.len() < most {
             if cancel.is_cancelled() {
                 return None;
             }
-            let open = |p: &Pole| self.chosen.is_open(p, &poles, &taken);
+            let known: Vec<Pole> = poles.iter().chain(&refused).copied().collect();
+            let open = |p: &Pole| self.chosen.is_open(p, &known, apart, &taken);
             let Some(next) = further(&coarse, &poles, &pool, &open) else { break };
             taken.extend(self.chosen.nearest(&next));
             poles.push(next);
@@ -278,15 +343,55 @@ impl Screen<'_> {
                 continue;
             }
             let Some(fit) = task.refine(&poles, steps, cancel) else { break };
+            if rough && self.chosen.0.is_empty() && !told_apart(&fit.poles) {
+                poles.pop();
+                refused.push(next);
+                continue;
+            }
             poles.clone_from(&fit.poles);
             let left = judge.unseen(&fit)?;
-            let error = super::judge::rms(left.iter().flatten());
+            let error = rms(left.iter().flatten());
             if !error.is_finite() {
                 break;
             }
             all.push((fit, error));
         }
         (!all.is_empty()).then_some(all)
+    }
+
+    /// The path that a closed loop starts from: the one whose modes carry the motion of the force's place, where that leaves about as
+    /// little as the one that asks for nothing of the kind. Accelerations that were integrated may drift, and poles then follow the
+    /// drift.
+    pub(crate) fn start_path(
+        &self,
+        candidate: &ForceCandidate,
+        known: &[Pole],
+        most: usize,
+        cancel: &Cancel,
+    ) -> Option<Vec<(ModalFit, f64)>> {
+        let plain = self.open_path(candidate, known, most, Along::Rough, cancel)?;
+        if candidate.moved.is_none() {
+            return Some(plain);
+        }
+        let least = |path: &[(ModalFit, f64)]| path.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+        let carrying = self.open_path(candidate, known, most, Along::Reconstructed, cancel);
+        carrying.filter(|path| least(path) < ROUGH * least(&plain)).or(Some(plain))
+    }
+
+    /// The fitted records and sensors with one more: the reconstructed motion that a force depends on. A mode that carries this motion
+    /// is part of the loop, though accelerometers show little of a slow one.
+    fn with_motion(&self, effect: Effect, site: Site, moved: &[Vec<f64>]) -> (Vec<SensorSeries>, Vec<Sensor>) {
+        let (mut series, mut sensors) = (self.split.fitted.clone(), self.measurement.sensors.clone());
+        let scale = rms(moved.iter());
+        for (series, moved) in series.iter_mut().zip(moved) {
+            series.outputs.push(moved.iter().map(|x| x / scale).collect());
+        }
+        let quantity = if effect.is_of_velocity() { Quantity::Velocity } else { Quantity::Displacement };
+        let role = Role::Displacement(match site {
+            Site::Ground(i) | Site::Between(i, _) => i,
+        });
+        sensors.push(Sensor { name: String::new(), role, quantity, unit: String::new(), scale });
+        (series, sensors)
     }
 
     /// What a linear model with a force as a further input leaves.
@@ -301,6 +406,15 @@ impl Screen<'_> {
             unknowns: own.poles.len() * (2 + drives * self.measurement.sensors.len()),
         })
     }
+}
+
+/// True if the last of several poles came close to none of the others: one that did stands for a force's error. One that is damped as
+/// no mode of a structure is stands for a drift, and beside nothing.
+fn told_apart(poles: &[Pole]) -> bool {
+    let Some((new, others)) = poles.split_last() else { return true };
+    let light = |p: &Pole| p.damping < POOL_DAMPING.1;
+    let near = |q: &&Pole| light(q) && (new.omega / q.omega).ln().abs() < 0.5 * APART;
+    !light(new) || others.iter().find(near).is_none()
 }
 
 /// The band that holds the power of all inputs, Hz; none without inputs.
@@ -325,6 +439,28 @@ fn band_of(input: &[f64], interval: f64) -> Option<(f64, f64)> {
         }
     }
     None
+}
+
+/// Where the parabola through the lowest value and its neighbours has its least; halfway to the neighbour where the lowest one is the
+/// first or the last.
+fn lowest(mut values: Vec<(f64, f64)>) -> Option<f64> {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let at = (0..values.len()).min_by(|i, j| values[*i].1.total_cmp(&values[*j].1))?;
+    let (middle, height) = values[at];
+    let neighbour = |k: Option<usize>| k.and_then(|k| values.get(k)).copied();
+    match (neighbour(at.checked_sub(1)), neighbour(Some(at + 1))) {
+        (Some((left, rise_left)), Some((right, rise_right))) => {
+            let (p, q) = ((middle - left) * (height - rise_right), (middle - right) * (height - rise_left));
+            let least = middle - 0.5 * ((middle - left) * p - (middle - right) * q) / (p - q);
+            let width = 0.02 * (right - left);
+            let inside = least > left + width && least < right - width && (least - middle).abs() > width;
+            // Beside a value that is known already lies nothing new.
+            let longer = if middle - left > right - middle { 0.5 * (left + middle) } else { 0.5 * (middle + right) };
+            Some(if inside { least } else { longer })
+        }
+        (Some((other, _)), None) | (None, Some((other, _))) => Some(0.5 * (middle + other)),
+        (None, None) => None,
+    }
 }
 
 fn sort(candidates: &mut [ForceCandidate]) {

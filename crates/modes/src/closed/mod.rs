@@ -12,6 +12,7 @@ mod normal;
 mod segment;
 #[cfg(test)]
 mod tests;
+mod without;
 
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
