@@ -64,7 +64,7 @@ fn alarms(updates: &[StreamUpdate], block: f64) -> (Vec<f64>, f64) {
 }
 
 #[test]
-#[ignore = "takes minutes where tests are not optimised; run with --profile study"]
+#[ignore = "takes minutes where tests are not optimised"]
 fn the_study_of_streams_that_stick() {
     const DRAWS: u64 = 30;
     // Draws on which the rule was made are not those on which it is measured.
