@@ -93,7 +93,8 @@ impl Search {
                     continue;
                 }
             }
-            shown += usize::from(single && explained.is_some());
+            // What was tried because a mass rests is no rival that a person would think of.
+            shown += usize::from(single && explained.is_some() && proposal.gain.is_finite());
             tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * k as f64 / count as f64));
             let gain = proposal.gain;
             let set = tried.indices(&proposal.composition);

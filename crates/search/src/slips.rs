@@ -16,6 +16,8 @@ use sindyscope_core::refine::{FitOptions, Output, Point, Refined, Run, cut, misf
 use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
 
+/// Share of all samples from which rests count: where a smooth motion turns it is slow for less.
+const RESTING: f64 = 0.1;
 /// Samples of a slip at least: of fewer its own initial state explains too much.
 const FEWEST: usize = 8;
 /// Deviations of the noise that a mass at rest may show about its mean, at most.
@@ -44,9 +46,10 @@ struct Slips {
 }
 
 impl Data {
-    /// True if a mass rests anywhere in the fitted records.
+    /// True if masses rest for a share of the fitted records that no smooth motion is as slow for.
     pub(super) fn rests(&self) -> bool {
-        self.measured_paths().iter().any(|path| path.stuck.iter().flatten().any(|stuck| *stuck))
+        let samples = || self.measured_paths().iter().flat_map(|path| path.stuck.iter().flatten());
+        samples().filter(|stuck| **stuck).count() as f64 >= RESTING * samples().count() as f64
     }
 
     fn slips(&self) -> Slips {
