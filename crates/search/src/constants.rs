@@ -162,6 +162,8 @@ constants! {
     /// Least length of a spell of rest. Gaps of less than half that are noise of the velocity, and three eighths are left out on
     /// either side of a spell, where the mass is just caught or let go.
     rest: f64 = 0.08, POSITIVE, "main periods", "a smooth motion is as slow for a quarter of it";
+    /// Share of all samples in such spells from which dry friction is tried first, and fits begin between rests.
+    resting: f64 = 0.1, SHARE, "share", "smooth motions that turn are slow for less";
     /// Least length of a spell on a surface that moves.
     carried: f64 = 0.2, POSITIVE, "main periods", "near its greatest speed a smooth motion stays longer";
     /// Speed below which a mass may stand still.

@@ -9,15 +9,13 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::data::Data;
-use super::effects::{ForceAxis, Form, logarithmic};
+use super::effects::{Form, logarithmic};
 use super::search::Search;
 use super::structure::Composition;
 use sindyscope_core::refine::{FitOptions, Output, Point, Refined, Run, cut, misfit, refine};
 use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
 
-/// Share of all samples from which rests count: where a smooth motion turns it is slow for less.
-const RESTING: f64 = 0.1;
 /// Samples of a slip at least: of fewer its own initial state explains too much.
 const FEWEST: usize = 8;
 /// Deviations of the noise that a mass at rest may show about its mean, at most.
@@ -26,14 +24,6 @@ const STILL: f64 = 1.5;
 const LEVELS: usize = 16;
 /// Rounds of a finer look at what holds.
 const ROUNDS: usize = 3;
-
-impl Form {
-    /// True if it is dry friction, which can hold a mass.
-    pub(super) fn is_dry_friction(&self) -> bool {
-        let switches = || self.addition(&self.middle()).terms.iter().any(|t| t.term.switches());
-        self.axis == ForceAxis::Velocity && switches()
-    }
-}
 
 /// The fitted records, cut where a mass rests.
 struct Slips {
@@ -49,7 +39,7 @@ impl Data {
     /// True if masses rest for a share of the fitted records that no smooth motion is as slow for.
     pub(super) fn rests(&self) -> bool {
         let samples = || self.measured_paths().iter().flat_map(|path| path.stuck.iter().flatten());
-        samples().filter(|stuck| **stuck).count() as f64 >= RESTING * samples().count() as f64
+        samples().filter(|stuck| **stuck).count() as f64 >= self.constants.resting * samples().count() as f64
     }
 
     fn slips(&self) -> Slips {

@@ -373,6 +373,12 @@ impl Form {
         COMMON.contains(&self.effect)
     }
 
+    /// True if it is dry friction, which can hold a mass.
+    pub(crate) fn is_dry_friction(&self) -> bool {
+        let switches = || self.addition(&self.middle()).terms.iter().any(|t| t.term.switches());
+        self.axis == ForceAxis::Velocity && switches()
+    }
+
     /// True if it is the sensor's zero.
     pub(crate) fn is_offset(&self) -> bool {
         self.sample().offset
