@@ -68,7 +68,7 @@ impl Search {
         let alternatives = alike.collect();
         let fitted = Arc::clone(&winner.fitted);
         let stage = Arc::new(self.show(&fitted));
-        let closes = !self.matters(base, &fitted, cancel)
+        let closes = !self.matters(&*self.fit_of(base, cancel)?, &fitted, cancel)
             || self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?.finding == Finding::Nothing;
         let (own, beside): (Vec<_>, Vec<_>) = stage.effects.iter().partition(|e| e.choice.effect == DESCRIPTION);
         let mut terms: Vec<String> = Vec::new();

@@ -9,8 +9,9 @@ use super::fit::{Fitted, WHOLE};
 use super::outcome::{Diagnosis, Finding, Remaining, Round, Stage, Verdict};
 use super::ruling::Tried;
 use super::search::Search;
-use super::words::{remaining, sentence, titles};
+use super::words::{Doubt, remaining, sentence, titles};
 use sindyscope_core::clock::Stopwatch;
+use sindyscope_core::refine::{Goal, Landed, Refined, shoot};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
 
@@ -36,10 +37,10 @@ impl Search {
             _ => return Err(GapError::Base),
         };
         let fitted = stages.last().and_then(|s| s.fit.0.as_ref());
-        let contradicted = fitted.is_some_and(|f| !self.contradictions(f).is_empty());
+        let doubt = fitted.and_then(|f| self.doubt(f, remaining.significant, cancel));
         let verdict = match finding {
             Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
-            _ if remaining.significant || contradicted => Verdict::Unexplained,
+            _ if remaining.significant || doubt.is_some() => Verdict::Unexplained,
             _ if added => Verdict::Named,
             _ => Verdict::NothingMissing,
         };
@@ -47,11 +48,11 @@ impl Search {
         let sentence = match verdict {
             // What was not looked for cannot be said to have no name.
             Verdict::Unexplained if open && added && remaining.significant => {
-                sentence((Verdict::Named, true), &stages, &rounds, &self.data.shown_unit)
+                sentence((Verdict::Named, doubt), &stages, &rounds, &self.data.shown_unit)
                     + " What is left is more than noise."
             }
             Verdict::Unexplained if open && !added => "Something is missing: the gap is more than noise.".to_owned(),
-            verdict => sentence((verdict, remaining.significant), &stages, &rounds, &self.data.shown_unit),
+            verdict => sentence((verdict, doubt), &stages, &rounds, &self.data.shown_unit),
         };
         let unnamed = looked && finding == Some(&Finding::Unexplained) && remaining.significant;
         let description = match (stages.first(), stages.last()) {
@@ -60,7 +61,7 @@ impl Search {
             }
             _ => None,
         };
-        let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, remaining, (started, cancel));
+        let mut diagnosis = self.diagnosis((verdict, sentence, doubt), rounds, stages, remaining, (started, cancel));
         diagnosis.description = description;
         Ok(diagnosis)
     }
@@ -81,13 +82,13 @@ impl Search {
 
     pub(super) fn diagnosis(
         &self,
-        (verdict, sentence): (Verdict, String),
+        (verdict, sentence, doubt): (Verdict, String, Option<Doubt>),
         rounds: Vec<Round>,
         stages: Vec<Arc<Stage>>,
         remaining: Remaining,
         (started, cancel): (Stopwatch, &Cancel),
     ) -> Diagnosis {
-        let held = stages.last().map(|stage| self.said_of(stage)).unwrap_or_default();
+        let held = stages.last().map(|stage| self.said_of(stage, doubt)).unwrap_or_default();
         let score = |stage: &Arc<Stage>| stage.fit.0.as_ref().map(|fitted| self.record_scores(fitted, cancel));
         let scores = stages.iter().map(|stage| score(stage).unwrap_or_default()).collect();
         Diagnosis {
@@ -107,15 +108,73 @@ impl Search {
     }
 
     /// How far a model predicts that does not follow whole records, in a sentence.
-    fn horizon(&self, fitted: &Fitted) -> Option<String> {
+    fn horizon(&self, fitted: &Fitted, doubt: Option<Doubt>) -> Option<String> {
         let longest = fitted.runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max);
+        let why = match doubt {
+            Some(Doubt::Horizon) => "what the model lacks parts",
+            _ => "noise and the model's own sensitivity part",
+        };
         (fitted.level != WHOLE).then(|| {
             format!(
-                "Errors are those of stretches of {} s, each begun anew: over longer ones noise and the model's own sensitivity \
-                 part the simulation from the measurement, and how small an effect they would show cannot be told.",
+                "Errors are those of stretches of {} s, each begun anew: over longer ones {why} the simulation from the \
+                 measurement, and how small an effect they would show cannot be told.",
                 significant(longest, 3)
             )
         })
+    }
+
+    /// What speaks against a model with effects, the gravest first; `more` than noise may be left.
+    pub(super) fn doubt(&self, fitted: &Fitted, more: bool, cancel: &Cancel) -> Option<Doubt> {
+        if more {
+            return Some(Doubt::MoreIsLeft);
+        }
+        if !self.contradictions(fitted).is_empty() {
+            return Some(Doubt::Contradiction);
+        }
+        let forms = &fitted.composition.forms;
+        if forms.is_empty() {
+            return None;
+        }
+        let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
+        // One stop of a mass that rubs, more or less, says nothing against what holds it.
+        let stops = forms.iter().any(Form::is_dry_friction);
+        if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * fitted.error().max(noise) {
+            return Some(Doubt::Unseen);
+        }
+        let curves: Vec<&Form> = forms.iter().filter(|f| f.is_curve_of_free_shape()).collect();
+        if curves.iter().enumerate().any(|(k, form)| curves[..k].iter().any(|other| form.acts_like(other))) {
+            return Some(Doubt::Curves);
+        }
+        (!self.lasts(fitted, cancel)).then_some(Doubt::Horizon)
+    }
+
+    /// False if a model that does not follow whole records ought to follow them further: along longer stretches a fit that begins
+    /// from its own leaves more than noise, though they are not so sensitive to how they begin that noise would part them.
+    pub(super) fn lasts(&self, fitted: &Fitted, cancel: &Cancel) -> bool {
+        let cancelled = || cancel.is_cancelled();
+        let constants = &self.data.constants;
+        let (composition, period) = (&fitted.composition, fitted.period);
+        let whole = self.data.whole();
+        let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
+        let goal = Goal { period, ..self.data.goal(WHOLE, self.data.options(&cancelled, constants.steps, None)) };
+        let mut reached = Landed {
+            refined: Refined::clone(&fitted.refined),
+            runs: fitted.runs.to_vec(),
+            level: fitted.level,
+            period,
+            whole: fitted.level == WHOLE,
+        };
+        while !reached.whole {
+            let from = (reached.refined.point.shared.as_slice(), Some(reached.of(composition)));
+            let longer = shoot(composition, &whole, from, reached.level + 1, goal, constants.steps);
+            let Some(longer) = longer.filter(|l| !l.is_sensitive()) else { return true };
+            let much = longer.error() > (1.0 + constants.matters_noises) * noise;
+            if much && !reached.goes_on_in(&longer) {
+                return false;
+            }
+            reached = longer;
+        }
+        true
     }
 
     /// The effects in joints whose two forces stand in another ratio than the springs of those joints.
@@ -130,7 +189,7 @@ impl Search {
 
     /// What is to be said of a stage: dampers of the base model held at zero, forces between masses that contradict the springs,
     /// and how far it predicts.
-    fn said_of(&self, stage: &Stage) -> Vec<String> {
+    fn said_of(&self, stage: &Stage, doubt: Option<Doubt>) -> Vec<String> {
         let Some(fitted) = &stage.fit.0 else { return Vec::new() };
         let dampers = fitted.composition.dampers(&fitted.parameters.inner);
         let held = dampers.into_iter().filter(|(k, _)| fitted.refined.at_bound.get(*k).copied().unwrap_or(false));
@@ -150,7 +209,7 @@ impl Search {
             format!("The linear damper {term}{whose} is held at zero: free, it would give energy instead of taking it.")
         })
         .chain(contradicted)
-        .chain(self.horizon(fitted))
+        .chain(self.horizon(fitted, doubt))
         .collect()
     }
 

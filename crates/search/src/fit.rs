@@ -29,6 +29,8 @@ pub(super) struct Fitted {
     pub(super) runs: Arc<[Run]>,
     /// Doublings of the shortest segments; [`WHOLE`] for whole records.
     pub(super) level: usize,
+    /// Period that the shortest segments are measured by, s.
+    pub(super) period: f64,
     /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
     pub(super) folds: Vec<Fold>,
     /// Shared parameters fitted without the data of each fold; none where whole records are held out.
@@ -359,6 +361,7 @@ impl Data {
             parameters,
             runs: runs.into(),
             level,
+            period,
             folds,
             refitted,
             held_out,

@@ -180,9 +180,8 @@ pub(super) fn judge(
     let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();
     all.sort_by(|a, b| {
         let plain = |k: usize| {
-            let own = || sets[k].forms.iter().map(|f| &forms[*f]);
-            let parameters: usize = own().map(|f| (f.coefficients.len() + f.inner.len()).max(1)).sum();
-            (parameters, own().filter(|f| !f.is_common()).count())
+            let uncommon = sets[k].forms.iter().filter(|f| !forms[**f].is_common()).count();
+            (sets[k].fitted.composition.parameters(), uncommon)
         };
         plain(*a).cmp(&plain(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
     });

@@ -109,6 +109,9 @@ impl Search {
         }
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
         self.close(tried, &[], cancel);
+        if self.exchange(tried, cancel) {
+            self.close(tried, &[], cancel);
+        }
         tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
         self.settle(tried, cancel);
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
@@ -151,6 +154,48 @@ impl Search {
                 tried.sets.extend(start.and_then(|start| self.fitted_set(start, part, Some(&bar), cancel)));
             }
         }
+    }
+
+    /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone, and where the set leaves
+    /// more than noise, for a richer kind of it. The regression, which orders sets, may not have seen what they do together. False if nothing was new.
+    fn exchange(&self, tried: &mut Tried, cancel: &Cancel) -> bool {
+        let Some(base) = self.known(&[]) else { return false };
+        let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
+        let Some(best) = tried.best().into_iter().find(sound) else { return false };
+        let Hypothesis { forms: set, fitted, .. } = tried.sets[best].clone();
+        let explains = self.data.is_within(&fitted, self.data.noise, self.data.constants.explaining(), cancel)
+            && !self.matters(&base, &fitted, cancel);
+        let alone = |form: usize| {
+            let single = tried.place(&[form]).map(|k| &tried.sets[k]).filter(|single| single.unborne.is_none());
+            single.map(Hypothesis::sum)
+        };
+        let richer = |new: usize, old: usize| !explains && tried.forms[new].is_richer_kind_of(&tried.forms[old]);
+        let as_good = |new: usize, old: usize| {
+            let alike = tried.forms[new].acts_like(&tried.forms[old]);
+            set.len() > 1 && alike && alone(new).is_some_and(|sum| Some(sum) >= alone(old))
+        };
+        let mut exchanged: Vec<Vec<usize>> = Vec::new();
+        for (place, old) in set.iter().enumerate() {
+            for new in (0..tried.forms.len()).filter(|new| !set.contains(new)) {
+                if richer(new, *old) || as_good(new, *old) {
+                    let mut other = set.clone();
+                    other[place] = new;
+                    other.sort_unstable();
+                    exchanged.push(other);
+                }
+            }
+        }
+        exchanged.retain(|other| tried.place(other).is_none());
+        let before = tried.sets.len();
+        for other in exchanged {
+            if cancel.is_cancelled() {
+                break;
+            }
+            let start = self.part_of(&base, &fitted, &other, tried, cancel);
+            let bar = Bar::default();
+            tried.sets.extend(start.and_then(|start| self.fitted_set(start, other, Some(&bar), cancel)));
+        }
+        tried.sets.len() > before
     }
 
     /// Where the fit of a part starts: all that it shares with the whole as that has it, the rest from the regression.

@@ -224,6 +224,7 @@ impl Search {
             parameters,
             runs: runs.into(),
             level: WHOLE,
+            period: data.period,
             folds: Vec::new(),
             refitted: Vec::new(),
             held_out,

@@ -12,7 +12,7 @@ use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, 
 use super::screen::Motion;
 use super::search::{Depth, Keep, Listener, Search};
 use super::structure::{Composition, choice};
-use super::words::{led, remaining, sentence, why};
+use super::words::{Doubt, led, remaining, sentence, why};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::study::Cancel;
 
@@ -213,6 +213,7 @@ impl Search {
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Stopwatch::start();
         let base = self.base(cancel)?;
+        let bare = self.fit_of(&base, cancel)?;
         let mut stage = Arc::clone(&base);
         let mut tried = Tried::default();
         let mut looks: Vec<(Vec<Choice>, Round)> = Vec::new();
@@ -220,7 +221,7 @@ impl Search {
         let mut last = loop {
             // What is left and does not matter is given no name.
             let fitted = self.fit_of(&stage, cancel)?;
-            let done = !stage.effects.is_empty() && !self.matters(&base, &fitted, cancel);
+            let done = !stage.effects.is_empty() && !self.matters(&bare, &fitted, cancel);
             let room = stage.effects.len() < self.ask.max_effects;
             let depth = if room && !done { Depth::Refitted } else { Depth::Screened };
             let round = self.look_into(&stage, depth, Keep::Any(&mut tried), tell, cancel)?;
@@ -238,29 +239,33 @@ impl Search {
                 first.get_or_insert_with(|| tried.clone());
             }
         };
-        let reached = |stage: &Stage, last: &Round| -> Result<bool, GapError> {
+        let doubt_of = |stage: &Stage, last: &Round| -> Result<Option<Doubt>, GapError> {
             let fitted = self.fit_of(stage, cancel)?;
-            let told_from_noise = last.evidence.significant && self.matters(&base, &fitted, cancel);
-            Ok(self.contradictions(&fitted).is_empty() && !told_from_noise)
+            Ok(self.doubt(&fitted, last.evidence.significant && self.matters(&bare, &fitted, cancel), cancel))
         };
-        let mut explained = reached(&stage, &last)?;
+        let mut doubt = doubt_of(&stage, &last)?;
         // Beside an effect that does not close the gap, another one that does not either is a guess.
-        if let Some(once) = first.filter(|_| !explained && looks.len() > 1) {
+        if let Some(once) = first.filter(|_| doubt.is_some() && looks.len() > 1) {
             stage = once.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
             tried = once;
             last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
-            explained = reached(&stage, &last)?;
+            doubt = doubt_of(&stage, &last)?;
         }
         let mut ambiguous = !tried.ruling.rivals.is_empty();
-        let (mut rounds, stages) = match self.steps(&base, (&tried, &looks), tell, cancel) {
+        let told = match self.steps(&base, (&tried, &looks), tell, cancel) {
             // Effects of which none can be fitted by itself cannot be told one after the other.
-            Err(GapError::Stage(_)) => {
+            Err(GapError::Stage(_)) => None,
+            told => Some(told?).filter(|(_, stages)| stages.len() == 1 || helps(stages)),
+        };
+        let (mut rounds, stages) = match told {
+            Some(told) => told,
+            None => {
                 last = self.look_into(&base, Depth::Screened, Keep::Present, tell, cancel)?;
-                (explained, ambiguous) = (false, false);
+                (doubt, ambiguous) = (Some(Doubt::MoreIsLeft), false);
                 (Vec::new(), vec![Arc::clone(&base)])
             }
-            told => told?,
         };
+        let explained = doubt.is_none();
         let verdict = match (stages.len() == 1, ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,
             (false, true, _) => Verdict::Ambiguous,
@@ -269,22 +274,24 @@ impl Search {
         };
         rounds.push(last);
         let left = rounds.last().map(|round| remaining(&round.evidence, &round.hidden_up_to)).unwrap_or_default();
-        let sentence = sentence((verdict, left.significant), &stages, &rounds, &self.data.shown_unit);
+        let sentence = sentence((verdict, doubt), &stages, &rounds, &self.data.shown_unit);
         let room = self.ask.max_effects > 0;
+        // Beside curves of free shape, which may stand for the force that has no name, nothing is left to describe.
+        let beside = if doubt == Some(Doubt::Curves) { &base } else { &stage };
         let description =
-            if explained || !room { None } else { self.described(&base, &stage, &mut tried, tell, cancel)? };
-        let mut diagnosis = self.diagnosis((verdict, sentence), rounds, stages, left, (started, cancel));
+            if explained || !room { None } else { self.described(&base, beside, &mut tried, tell, cancel)? };
+        let mut diagnosis = self.diagnosis((verdict, sentence, doubt), rounds, stages, left, (started, cancel));
         diagnosis.explained = explained;
         diagnosis.description = description;
         Ok(diagnosis)
     }
 
     /// True if what a model leaves matters: more noises than may be, or a share of what was found.
-    pub(super) fn matters(&self, base: &Stage, fitted: &Fitted, cancel: &Cancel) -> bool {
+    pub(super) fn matters(&self, base: &Fitted, fitted: &Fitted, cancel: &Cancel) -> bool {
         let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();
-        let found = (square(base.fit.0.as_ref().map_or(left, |f| f.error())) - square(left)).max(0.0);
+        let found = (square(base.error()) - square(left)).max(0.0);
         let noises = self.data.constants.matters_noises;
         let share = 0.5 * noises;
         left > (1.0 + noises) * noise || square(left) > share * share * found && found > 0.0
@@ -403,6 +410,12 @@ impl Search {
         }
         round.finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
     }
+}
+
+/// True if the last model errs less on data never fitted than the first.
+fn helps(stages: &[Arc<Stage>]) -> bool {
+    let error = |stage: Option<&Arc<Stage>>| stage.map(|s| s.gap.test_rmse.unwrap_or(s.gap.train_rmse));
+    error(stages.last()) < error(stages.first())
 }
 
 /// Effects in an order that does not hang on when they were found.

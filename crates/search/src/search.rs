@@ -114,7 +114,7 @@ pub(super) enum Depth {
 }
 
 /// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
-const HELD_ABOUT: f64 = 3.0;
+pub(super) const HELD_ABOUT: f64 = 3.0;
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data: next to none, and as much.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
 

@@ -114,6 +114,16 @@ impl Composition {
         self.compose(&self.middle()).terms.len()
     }
 
+    /// Number of parameters, those of the base model that no effect replaces included; what acts through no quantity of its
+    /// own, as a sensor's offset of each record, counts for one.
+    pub(super) fn parameters(&self) -> usize {
+        let own = |form: &Form| match (form.coefficients.len(), form.inner.len()) {
+            (0, 0) => 1,
+            (_, inner) => inner,
+        };
+        self.terms() + self.forms.iter().map(own).sum::<usize>()
+    }
+
     /// Some inner values within bounds.
     pub(super) fn middle(&self) -> InnerValues {
         let forms = self.forms.iter().map(Form::middle).collect();

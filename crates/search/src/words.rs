@@ -51,19 +51,59 @@ pub(super) fn titles(choices: &[Choice]) -> String {
     choices.iter().map(name).collect::<Vec<_>>().join(" and ")
 }
 
+/// Why what was found does not explain the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Doubt {
+    /// More than noise is left.
+    MoreIsLeft,
+    /// Forces between masses contradict the springs between them.
+    Contradiction,
+    /// Data never fitted are predicted worse than the data fitted.
+    Unseen,
+    /// Two effects are curves of free shape over the same quantity.
+    Curves,
+    /// The model ought to follow the data further than it does.
+    Horizon,
+}
+
+impl Doubt {
+    fn words(self) -> &'static str {
+        match self {
+            Self::MoreIsLeft => "Something more is left that these data cannot name.",
+            Self::Contradiction => {
+                "The forces between the masses contradict the springs: something else may stand behind them."
+            }
+            Self::Unseen => {
+                "It predicts data never fitted worse than the data fitted: something else may stand behind it."
+            }
+            Self::Curves => {
+                "Two forces of free shape over one quantity follow any curve together: another force may stand behind them."
+            }
+            Self::Horizon => {
+                "It follows the data over short stretches only, though the motion is not that sensitive: something else may stand \
+                 behind it."
+            }
+        }
+    }
+}
+
+/// How an error changes, in the middle of a sentence.
+fn change(before: f64, after: f64, length: &str) -> String {
+    let verb = if after < before { "falls" } else { "rises" };
+    format!("{verb} from {} to {}", format_si(before, length, 3), format_si(after, length, 3))
+}
+
 /// Why a refitted candidate is where it is.
 pub(super) fn why(form: &Form, before: &Fitted, after: &Fitted, refused: Option<&str>, length: &str) -> String {
-    let number = |v: f64| format_si(v, length, 3);
     let rms = |f: &Fitted| f.gap.test_rmse.unwrap_or(f.gap.train_rmse);
     let (b, a) = (rms(before), rms(after));
     match refused {
         Some(reason) => format!("Refused: {reason}."),
         None => format!(
-            "With {} the error on data never fitted falls from {} to {}, {} times.",
+            "With {} the error on data never fitted {}, {} times.",
             within(form.title),
-            number(b),
-            number(a),
-            significant(b / a, 2)
+            change(b, a, length),
+            significant((b / a).max(a / b), 2)
         ),
     }
 }
@@ -75,16 +115,15 @@ pub(super) fn described(
     lead: &Lead,
     length: &str,
 ) -> String {
-    let rms = |gap: &Gap| format_si(gap.test_rmse.unwrap_or(gap.train_rmse), length, 3);
+    let rms = |gap: &Gap| gap.test_rmse.unwrap_or(gap.train_rmse);
     let left = match closes {
         true => "closes the gap",
         false => "follows part of what is left",
     };
     format!(
-        "A description, not a law, {left}: with {} the error on data never fitted falls from {} to {}, in {} of {} blocks.",
+        "A description, not a law, {left}: with {} the error on data never fitted {}, in {} of {} blocks.",
         terms.join(" and "),
-        rms(before),
-        rms(after),
+        change(rms(before), rms(after), length),
         lead.won,
         lead.blocks
     )
@@ -110,9 +149,9 @@ pub fn within(title: &str) -> String {
     }
 }
 
-/// The verdict in one sentence, and whether more than noise is left.
+/// The verdict in one sentence, with what speaks against it.
 pub(super) fn sentence(
-    (verdict, left): (Verdict, bool),
+    (verdict, doubt): (Verdict, Option<Doubt>),
     stages: &[Arc<Stage>],
     rounds: &[Round],
     length: &str,
@@ -120,11 +159,7 @@ pub(super) fn sentence(
     let (Some(first), Some(last)) = (stages.first(), stages.last()) else { return String::new() };
     let names: Vec<String> = last.effects.iter().map(|e| within(&e.title)).collect();
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
-    let gap = format!(
-        "the error on data never fitted falls from {} to {}",
-        format_si(rms(first), length, 3),
-        format_si(rms(last), length, 3)
-    );
+    let gap = format!("the error on data never fitted {}", change(rms(first), rms(last), length));
     match verdict {
         Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
         Verdict::Named => format!("Missing: {}; {gap}.", names.join(" and ")),
@@ -150,10 +185,7 @@ pub(super) fn sentence(
             "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
         }
         Verdict::Unexplained => {
-            let doubt = match left {
-                true => "Something more is left that these data cannot name.",
-                false => "The forces between the masses contradict the springs: something else may stand behind them.",
-            };
+            let doubt = doubt.unwrap_or(Doubt::MoreIsLeft).words();
             format!("Missing: {}; {gap}. {doubt}", names.join(" and "))
         }
     }

@@ -95,6 +95,16 @@ impl Landed {
         self.refined.sensitivities.iter().zip(&self.runs).any(grows)
     }
 
+    /// True if a fit along longer runs leaves no more than the initial states that it lacks would have explained by chance: six
+    /// standard deviations of what that many numbers explain of white noise.
+    pub fn goes_on_in(&self, longer: &Self) -> bool {
+        let [less, more] = [&longer.refined, &self.refined];
+        let lacks = more.passing().saturating_sub(less.passing()) as f64;
+        let freedom = more.samples.saturating_sub(more.unknowns()).max(1) as f64;
+        let lost = (less.rss - more.rss) / (more.rss / freedom);
+        lost < lacks + 6.0 * (2.0 * lacks).sqrt() + 6.0
+    }
+
     /// The longest run, s.
     pub fn horizon(&self) -> f64 {
         self.runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max)
@@ -383,7 +393,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     let exact = holds(first.error(), goal.noise);
     let mut held = climb(structure, whole, first, goal);
     // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.
-    let sound = |shorter: &Landed, longer: &Landed| goes_on(shorter, longer) && !longer.is_sensitive();
+    let sound = |shorter: &Landed, longer: &Landed| shorter.goes_on_in(longer) && !longer.is_sensitive();
     let count = held.windows(2).take_while(|pair| !exact || sound(&pair[0], &pair[1])).count() + 1;
     if count < held.len() {
         held.truncate(count);
@@ -423,16 +433,6 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     };
     // A model that loses the motion would be fitted to what carries it away: a drift that nothing holds.
     best.filter(|b| b.error() < DIRECT_FIT_ERROR * motion(whole)).or(Some(longest))
-}
-
-/// True if a fit along longer runs leaves no more than the initial states that it lacks would have explained by chance: six
-/// standard deviations of what that many numbers explain of white noise.
-fn goes_on(shorter: &Landed, longer: &Landed) -> bool {
-    let [less, more] = [&longer.refined, &shorter.refined];
-    let lacks = more.passing().saturating_sub(less.passing()) as f64;
-    let freedom = more.samples.saturating_sub(more.unknowns()).max(1) as f64;
-    let lost = (less.rss - more.rss) / (more.rss / freedom);
-    lost < lacks + 6.0 * (2.0 * lacks).sqrt() + 6.0
 }
 
 /// RMS of the weighted motion about its mean.

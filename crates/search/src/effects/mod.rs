@@ -394,6 +394,17 @@ impl Form {
         !self.is_elsewhere(other) && (self.effect == other.effect || self.includes(other) || other.includes(self))
     }
 
+    /// True if the other's force goes with the same quantity at the same place.
+    pub(crate) fn acts_like(&self, other: &Self) -> bool {
+        self.site.is_some() && self.site == other.site && self.axis == other.axis
+    }
+
+    /// True if its force is a curve over the motion of which quantities of its own set the shape.
+    pub(crate) fn is_curve_of_free_shape(&self) -> bool {
+        let over_motion = matches!(self.axis, ForceAxis::Displacement | ForceAxis::Velocity);
+        over_motion && !self.inner.is_empty() && self.addition(&self.middle()).internals.is_empty()
+    }
+
     /// True if the other is a special case of it at the same place. A sensor's zero, free in each record, is more than a force.
     pub(crate) fn is_richer_kind_of(&self, other: &Self) -> bool {
         self.contains.contains(&other.effect) && self.form == other.form && !self.sample().offset

@@ -18,6 +18,7 @@ use super::constants::{Constants, LARGEST_SET};
 use super::data::{Data, RecordSeries};
 use super::effects::{Direction, ForceAxis, Form};
 use super::parameters::{InnerValues, Parameters};
+use super::search::HELD_ABOUT;
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
@@ -25,7 +26,7 @@ pub(super) use path::{MeasuredPath, usual_speed};
 use rows::Rows;
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
-use sindyscope_core::signal::dot;
+use sindyscope_core::signal::{dot, mean_and_variance};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
@@ -122,11 +123,32 @@ impl Data {
         });
         let none = found.get(&Vec::new()).map_or(0.0, |f| f.0);
         let proposal = |(score, set): (f64, Vec<usize>)| {
-            Some(Proposal { gain: score - none, ..regression.proposal(&set, &points)? })
+            let chosen: Vec<Form> = set.iter().map(|p| forms[points[*p].form].clone()).collect();
+            let start = regression.proposal(&set, &points)?;
+            let about = regression.held_about(&set, &points);
+            let again = about.and_then(|point| self.propose_about(point, present, inner, &chosen, cancel));
+            let Proposal { composition, shared, .. } = again.unwrap_or_else(|| start.clone());
+            Some(Proposal { forms: start.forms, composition, shared, gain: score - none })
         };
         let proposals: Vec<Proposal> = sets.into_iter().filter_map(proposal).collect();
         self.counters.propose(proposals.len());
         proposals
+    }
+
+    /// The start of these forms together, displacements counted from a point; none where an effect among them holds the zero.
+    fn propose_about(
+        &self,
+        point: f64,
+        present: &Composition,
+        inner: &InnerValues,
+        forms: &[Form],
+        cancel: &Cancel,
+    ) -> Option<Proposal> {
+        if forms.iter().any(Form::has_a_mean) || present.holds_the_zero() {
+            return None;
+        }
+        let from_there = InnerValues { equilibrium: Some(point), ..inner.clone() };
+        self.propose_together(present, &from_there, forms, cancel).map(|(start, _)| start)
     }
 
     /// The start of exactly these forms together beside a present model; none where the data cannot tell their columns apart.
@@ -137,6 +159,20 @@ impl Data {
         forms: &[Form],
         cancel: &Cancel,
     ) -> Option<Proposal> {
+        let (start, about) = self.propose_together(present, inner, forms, cancel)?;
+        let again = about.and_then(|point| self.propose_about(point, present, inner, forms, cancel));
+        Some(again.unwrap_or(start))
+    }
+
+    /// The start of exactly these forms together, and the point that the base model's spring then holds the motion about, where
+    /// that is open.
+    fn propose_together(
+        &self,
+        present: &Composition,
+        inner: &InnerValues,
+        forms: &[Form],
+        cancel: &Cancel,
+    ) -> Option<(Proposal, Option<f64>)> {
         let mut regression = SetRegression::new(self, present, inner, forms, cancel);
         let mut points = regression.points();
         let mut found = FoundSets::new();
@@ -156,6 +192,7 @@ impl Data {
         }
         let set = found.into_values().next().map(|(_, set)| set)?;
         let mut start = regression.proposal(&set, &points)?;
+        let about = regression.held_about(&set, &points);
         // What has no force of its own begins in the middle of its range.
         for (k, form) in forms.iter().enumerate().filter(|(_, form)| form.is_outside()) {
             let Parameters { coefficients, inner } = start.composition.named(&start.shared);
@@ -166,7 +203,7 @@ impl Data {
             start.forms.push(k);
             start = Proposal { composition, shared: Parameters { coefficients, inner }.row(), ..start };
         }
-        Some(start)
+        Some((start, about))
     }
 }
 
@@ -658,15 +695,33 @@ impl<'a> SetRegression<'a> {
         out
     }
 
-    /// A set as a model with values to start from.
-    fn proposal(&self, set: &[usize], points: &[GridPoint]) -> Option<Proposal> {
+    /// The value of each column of a set.
+    fn values(&self, set: &[usize], points: &[GridPoint]) -> Option<HashMap<usize, f64>> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
         let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
         let solution = gram.solve(&(1..chosen.len()).collect::<Vec<_>>())?;
-        let value: HashMap<usize, f64> =
-            columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect();
+        Some(columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect())
+    }
+
+    /// The point from which the spring of the base model pulls beside a set, where that point is open: the constants beside it
+    /// say how far it is from where displacements were counted from. None where it is further off than any motion is held about.
+    fn held_about(&self, set: &[usize], points: &[GridPoint]) -> Option<f64> {
+        let counted = self.inner.equilibrium.filter(|_| self.present.datum)?;
+        let value = self.values(set, points)?;
+        let first = 1 + self.constants;
+        let spring = self.present.plain_terms(self.inner).iter().position(|t| t.term.as_str() == "x")?;
+        let pull = value.get(&(first + spring))?;
+        let force = (1..first).map(|c| value.get(&c)).sum::<Option<f64>>()? / self.constants as f64;
+        let motion = self.data.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
+        let point = counted - force / pull;
+        (point.abs() < HELD_ABOUT * motion).then_some(point)
+    }
+
+    /// A set as a model with values to start from.
+    fn proposal(&self, set: &[usize], points: &[GridPoint]) -> Option<Proposal> {
+        let value = self.values(set, points)?;
         let mut composition = self.present.clone();
         let mut inner = self.inner.clone();
         for p in set {
