@@ -153,7 +153,7 @@ impl ForceSearch<'_> {
     /// Candidates without a memory behind those that are chosen, the best first: of each effect and place one.
     fn others(&self, candidates: &[ForceCandidate], chosen: &[ForceCandidate]) -> Vec<ForceCandidate> {
         let mut others: Vec<ForceCandidate> = Vec::new();
-        for c in candidates.iter().filter(|c| !c.effect.has_memory() && c.error < FORCE_GAIN * self.linear_error()) {
+        for c in candidates.iter().filter(|c| !c.effect.has_memory()) {
             if chosen.iter().chain(&others).all(|k| (k.effect, k.site) != (c.effect, c.site)) {
                 others.push(c.clone());
             }
@@ -166,8 +166,9 @@ impl ForceSearch<'_> {
     fn next_other(&self, others: &mut Vec<ForceCandidate>, fitted: &[FittedStructure]) -> Option<ForceCandidate> {
         let near = !self.standing(fitted).poles.is_empty();
         let best = fitted.iter().filter(|_| near).min_by(|a, b| a.error.total_cmp(&b.error)).map(|f| f.candidate.site);
-        let at = others.iter().position(|c| Some(c.site) == best).unwrap_or(0);
-        (!others.is_empty()).then(|| others.remove(at))
+        let better = |c: &ForceCandidate| c.error < FORCE_GAIN * self.linear_error();
+        let at = others.iter().position(|c| Some(c.site) == best).or_else(|| others.iter().position(better))?;
+        Some(others.remove(at))
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.

@@ -61,7 +61,7 @@ impl ForceSearch<'_> {
             }
             errors.push(error);
             // From here on another start goes the same way.
-            let as_before = known.get(errors.len() - 1).is_some_and(|k| (error / k - 1.0).abs() < SAME_WAY);
+            let as_before = known.get(errors.len() - 1).is_some_and(|k| error > (1.0 - SAME_WAY) * k);
             if as_before && errors.len() >= SAME_HOLDS {
                 return None;
             }
