@@ -3,8 +3,8 @@
 use super::super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::super::force::Effect;
 use super::super::limits::{
-    AT_REST, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, MODES_MISSING, MORE_MODES, NEAR_NOISES,
-    OTHER_START, SHARPER, STATE_STEPS,
+    AT_REST, FIRST_SHARE, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, LAST_GAIN, MODES_MISSING,
+    MORE_MODES, NEAR_NOISES, OTHER_START, SHARPER, STATE_STEPS,
 };
 use super::super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::super::measurement::SensorSeries;
@@ -188,6 +188,12 @@ impl ForceSearch<'_> {
         largest <= AT_REST
     }
 
+    /// Share of the fitted records that is fitted in stretches.
+    pub(super) fn held_share(&self) -> f64 {
+        let total: usize = self.split.fitted.iter().map(SensorSeries::len).sum();
+        HELD_SAMPLES.min(HELD_VALUES / self.measurement.sensors.len() as f64) / total as f64
+    }
+
     /// A fit over short stretches that are hardly held together.
     pub(super) fn begun(
         &self,
@@ -199,9 +205,7 @@ impl ForceSearch<'_> {
     ) -> Option<BegunFit> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
         let whole_initial = start.initial.clone();
-        let total: usize = series.iter().map(SensorSeries::len).sum();
-        let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
-        let segments = stretches(series, self.stretch(&start), samples / total as f64);
+        let segments = stretches(series, self.stretch(&start), FIRST_SHARE * self.held_share());
         let mut model = start;
         model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
         let rest = whole_initial.is_empty();
@@ -229,15 +233,14 @@ impl ForceSearch<'_> {
         let mut best: Option<(usize, f64)> = None;
         for (k, (fit, _)) in steps.iter().enumerate().skip(from).take(MORE_MODES) {
             let Some(begun) = self.first_start(candidate, fit, StartKind::Plain, cancel) else { continue };
-            let noises = begun.error / begun.noise;
-            if noises < MODES_MISSING {
+            if begun.error < MODES_MISSING * begun.noise {
                 return Some(k);
             }
-            if best.is_none_or(|b| noises < b.1) {
-                best = Some((k, noises));
+            if begun.error < NEAR_NOISES * begun.noise && best.is_none_or(|b| begun.error < LAST_GAIN * b.1) {
+                best = Some((k, begun.error));
             }
         }
-        best.filter(|b| b.1 < NEAR_NOISES).map(|b| b.0)
+        best.map(|b| b.0)
     }
 
     fn first_start(

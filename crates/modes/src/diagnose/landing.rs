@@ -84,8 +84,9 @@ impl ForceSearch<'_> {
                 } else {
                     self.start_modes(&candidate, &path, with_more_modes && round == 0, cancel)?
                 };
-                // Along a force that explains the data, only a mode that it had hidden is worth another fit.
-                if done && got.as_ref().is_some_and(|g| path[at].0.poles.len() <= g.0.model.modes()) {
+                // Along a force that explains the data, only a mode that it had hidden is worth another fit: one with which less is left.
+                let (modes, left) = (path[at].0.poles.len(), path[at].1);
+                if done && got.as_ref().is_some_and(|g| modes <= g.0.model.modes() || left >= g.1.error) {
                     break;
                 }
                 let fit = path.into_iter().nth(at)?.0;
