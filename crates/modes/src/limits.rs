@@ -127,15 +127,16 @@ pub(crate) const NEAR: f64 = 1.25;
 pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 /// Most candidates that go to the closed loop, of each kind of place.
 pub(crate) const MOST_CANDIDATES: usize = 5;
-/// Most of those that go there where none of these explains the data, and refinement steps of a rival's poles beside one that does.
+/// Most of those that go there where none of these explains the data.
 pub(crate) const MOST_OTHERS: usize = 5;
 /// Most candidates that are fitted again with more modes where none came near the data.
 pub(crate) const MOST_AGAIN: usize = 3;
 /// Candidates that are fitted at the same time once the first one did not explain the data: none knows what the other comes to, however
 /// many cores there are.
 pub(crate) const SIDE_BY_SIDE: usize = 2;
+/// Refinement steps of a rival's poles beside one that explains the data.
 pub(crate) const RIVAL_STEPS: usize = 5;
-/// The same of joints that slip.
+/// Most joints that slip that go to the closed loop, of each kind of place.
 pub(crate) const MOST_JOINTS: usize = 2;
 /// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
 /// for that force's error.
