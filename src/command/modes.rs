@@ -148,13 +148,7 @@ pub(super) fn identify(
     let records = source.read()?;
     progress.stage("looking for modes");
     let watch = Stopwatch::start();
-    let cancel = Cancel::default();
-    let found = if base.0.poles.is_empty() {
-        sindyscope_modes::identify(&records, base.0.modes, &cancel)
-    } else {
-        sindyscope_modes::analyse(&records, &base.0, &|_, _| {}, &cancel).map(|analysis| analysis.structure)
-    };
-    let found = found.map_err(Failure::from)?;
+    let found = sindyscope_modes::identify(&records, &base.0, &Cancel::default()).map_err(Failure::from)?;
     let fit = watch.milliseconds();
     let json = written.write(&StateSpace::new(&found, None), &records, &identified(&found, &records, fit))?;
     Ok(json.unwrap_or_else(|| modes_text(&found).into_bytes()))

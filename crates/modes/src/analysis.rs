@@ -1,13 +1,12 @@
 //! A structure with all that figures show of it: where its modes come from, and what the model makes of each record.
 
 use super::error::ModesError;
-use super::identify::{PathRequest, Split, linear, path};
 use super::measurement::{Measurement, SensorSeries};
 use super::outcome::Structure;
 use super::position::of_sensors;
 use super::settings::Base;
 use super::stabilization::{ModeQuality, Stabilization};
-use super::study::structure;
+use super::study::{of_base, structure};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::record::{RecordSet, Usage};
 
@@ -65,13 +64,7 @@ pub fn analyse(
     let measurement = Measurement::new(records, cancel)?;
     let positions = of_sensors(&base.positions, &measurement.sensors)?;
     tell("Looking for modes", 0.0);
-    let found = if base.poles.is_empty() {
-        let split = Split::new(&measurement);
-        let path = path(&measurement, &split, &PathRequest { modes: base.modes, ..PathRequest::default() }, cancel)?;
-        linear(&measurement, &path.steps[path.chosen].poles, cancel)?
-    } else {
-        linear(&measurement, &base.poles, cancel)?
-    };
+    let found = of_base(&measurement, base, cancel)?;
     tell("Drawing up the stabilization diagram", 0.7);
     let stabilization = Stabilization::new(&measurement, cancel);
     if cancel.is_cancelled() {

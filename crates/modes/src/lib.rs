@@ -21,7 +21,7 @@
 //! let mut records = RecordSet::default();
 //! let (name, channels) = ("blow".into(), vec![channel]);
 //! records.add([Record { name, source: None, start: 0.0, interval: 0.01, channels, notices: Vec::new() }], Usage::Fit);
-//! let found = identify(&records, None, &Cancel::default())?;
+//! let found = identify(&records, &Base::default(), &Cancel::default())?;
 //! assert!((found.modes[0].frequency - 1.5).abs() < 0.01);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -127,12 +127,16 @@ pub(crate) const NEAR: f64 = 1.25;
 pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 /// Most candidates that go to the closed loop, of each kind of place.
 pub(crate) const MOST_CANDIDATES: usize = 5;
-/// Most of those that go there where none of these explains the data, and refinement steps of a rival's poles beside one that does.
+/// Most of those that go there where none of these explains the data.
 pub(crate) const MOST_OTHERS: usize = 5;
 /// Most candidates that are fitted again with more modes where none came near the data.
 pub(crate) const MOST_AGAIN: usize = 3;
+/// Candidates that are fitted at the same time once the first one did not explain the data: none knows what the other comes to, however
+/// many cores there are.
+pub(crate) const SIDE_BY_SIDE: usize = 2;
+/// Refinement steps of a rival's poles beside one that explains the data.
 pub(crate) const RIVAL_STEPS: usize = 5;
-/// The same of joints that slip.
+/// Most joints that slip that go to the closed loop, of each kind of place.
 pub(crate) const MOST_JOINTS: usize = 2;
 /// Factor from the best error within which the smallest number of modes counts along a measured force: further modes stand
 /// for that force's error.
@@ -166,6 +170,8 @@ pub(crate) const HELD_GAIN: f64 = 3e-3;
 pub(crate) const HELD_SAMPLES: f64 = 12_000.0;
 /// The same of samples times sensors.
 pub(crate) const HELD_VALUES: f64 = 24_000.0;
+/// Share of these with which a fit begins: enough to tell within the first [`SAME_HOLDS`] whether it comes near.
+pub(crate) const FIRST_SHARE: f64 = 1.0 / 3.0;
 /// Steps of the fit of single initial states, and of whole records.
 pub(crate) const STATE_STEPS: usize = 6;
 pub(crate) const WHOLE_STEPS: usize = 10;

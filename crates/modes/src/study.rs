@@ -7,6 +7,7 @@ use super::limits::BAND_MARGIN;
 use super::measurement::{Measurement, SensorSeries};
 use super::outcome::{RecordFit, Structure};
 use super::screen::driven_band;
+use super::settings::Base;
 use super::start::RecordStart;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::{Cancel, Score};
@@ -15,17 +16,24 @@ use sindyscope_values::record::{RecordSet, Usage};
 
 /// Identifies the modes of a structure.
 ///
-/// `modes` is their number; without it data never fitted choose it: the records held out or, where there are none, the last
-/// record or the end of the only one, which are fitted once it is chosen.
+/// `base` says their number, or from which poles they are fitted; without either data never fitted choose the number: the records held
+/// out or, where there are none, the last record or the end of the only one, which are fitted once it is chosen.
 ///
 /// # Errors
 /// Records that do not go together or show no oscillation; cancelled.
-pub fn identify(records: &RecordSet, modes: Option<usize>, cancel: &Cancel) -> Result<Structure, ModesError> {
+pub fn identify(records: &RecordSet, base: &Base, cancel: &Cancel) -> Result<Structure, ModesError> {
     let measurement = Measurement::new(records, cancel)?;
-    let split = Split::new(&measurement);
-    let path = path(&measurement, &split, &PathRequest { modes, ..PathRequest::default() }, cancel)?;
-    let found = linear(&measurement, &path.steps[path.chosen].poles, cancel)?;
-    Ok(structure(&measurement, &found))
+    Ok(structure(&measurement, &of_base(&measurement, base, cancel)?))
+}
+
+/// The linear model of all fitted records from the poles that a base has, or as many as the data ask for.
+pub(crate) fn of_base(measurement: &Measurement, base: &Base, cancel: &Cancel) -> Result<Linear, ModesError> {
+    if !base.poles.is_empty() {
+        return linear(measurement, &base.poles, cancel);
+    }
+    let request = PathRequest { modes: base.modes, ..PathRequest::default() };
+    let path = path(measurement, &Split::new(measurement), &request, cancel)?;
+    linear(measurement, &path.steps[path.chosen].poles, cancel)
 }
 
 pub(crate) fn structure(measurement: &Measurement, linear: &Linear) -> Structure {

@@ -100,7 +100,7 @@ fn modes_lie_within_their_errors_whatever_is_measured() {
         vec![Role::Acceleration(2), Role::Acceleration(0)],
         vec![Role::Displacement(2)],
     ] {
-        let found = identify(&tested(0.0, &roles), None, &Cancel::default()).unwrap();
+        let found = identify(&tested(0.0, &roles), &Base::default(), &Cancel::default()).unwrap();
         for (frequency, damping, shape) in truth() {
             let off = |m: &&sindyscope_values::model::Mode| (m.frequency - frequency).abs();
             let mode = found.modes.iter().min_by(|p, q| off(p).total_cmp(&off(q))).unwrap();
@@ -195,7 +195,7 @@ fn records_that_cannot_serve_are_refused_in_words() {
     let of = |record: Record| {
         let mut set = RecordSet::default();
         set.entries.push((Arc::new(record), Usage::Fit));
-        identify(&set, None, &Cancel::default()).unwrap_err()
+        identify(&set, &Base::default(), &Cancel::default()).unwrap_err()
     };
     let record = Record::clone(&whole.entries[0].0);
     assert!(matches!(of(record.slice(0..20)), ModesError::TooShort { samples: 20, .. }));
@@ -205,7 +205,10 @@ fn records_that_cannot_serve_are_refused_in_words() {
     let mut blind = record;
     blind.channels.retain(|c| matches!(c.role, Role::Input(_)));
     assert!(matches!(of(blind), ModesError::NoSensor { .. }));
-    assert!(matches!(identify(&RecordSet::default(), None, &Cancel::default()), Err(ModesError::NothingToFit)));
+    assert!(matches!(
+        identify(&RecordSet::default(), &Base::default(), &Cancel::default()),
+        Err(ModesError::NothingToFit)
+    ));
 }
 
 #[test]

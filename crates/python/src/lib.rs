@@ -33,7 +33,6 @@ use sindyscope_analysis::{
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::setting::SettingForm;
 use sindyscope_files::{MeasuredFile, NamedColumn, write_csv};
-use sindyscope_modes::Base;
 use sindyscope_report::document::{Arrangement, DocumentFormat, Paper, Report, Sections};
 use sindyscope_report::modal::{diagnosis_text, modes_text};
 use sindyscope_rig::hidden::{HIDDEN_SCENARIO, HiddenOptions, hidden_records};
@@ -131,30 +130,30 @@ fn diagnose(
     })
 }
 
-/// Finds the modes of a structure, as many as asked for or as the data bear, and the force that they lack if that is to be searched
-/// for; the result as the command writes it, and as it prints it.
+/// Finds the modes of a structure, as the base model's settings ask for them or the data bear, and the force that they lack if that is to
+/// be searched for; the result as the command writes it, and as it prints it.
 #[pyfunction]
 fn modes(
     py: Python<'_>,
     fit: Sources,
     held_out: Sources,
     settings: NamedSettings,
-    asked: (Option<usize>, bool),
+    asked: (NamedSettings, bool),
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let request = request(&settings)?;
-    let (number, missing) = asked;
+    let base = request::base(&asked.0)?;
+    let missing = asked.1;
     let (found, text) = work::done(py, progress, move |cancel, tell| {
         let records = joined(fit, held_out, &request)?;
         let told = |what: &'static str, share: f64| tell(AnalysisProgress::Share(what, share));
         let watch = Stopwatch::start();
         if missing {
-            let found =
-                sindyscope_modes::diagnose(&records, &Base { modes: number, ..Base::default() }, &told, cancel)?;
+            let found = sindyscope_modes::diagnose(&records, &base, &told, cancel)?;
             return Ok((json::structure::diagnosed(&found, &records, watch.milliseconds()), diagnosis_text(&found)));
         }
         told("looking for modes", 0.0);
-        let found = sindyscope_modes::identify(&records, number, cancel)?;
+        let found = sindyscope_modes::identify(&records, &base, cancel)?;
         Ok((json::structure::identified(&found, &records, watch.milliseconds()), modes_text(&found)))
     })?;
     Ok((result::written(&found)?, text))

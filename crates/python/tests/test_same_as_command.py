@@ -159,3 +159,16 @@ def test_modes_of_a_structure(program, tmp_path):
     assert missing.verdict == "nothing_missing" and missing.missing == []
     with pytest.raises(sindyscope.Error, match="one mode at least"):
         sindyscope.modes(file, number=0)
+    # As many as the data bear, and from poles chosen by hand: as text, as pairs, also as the base of a search.
+    same(sindyscope.modes(file, number="auto").to_dict(), command)
+    chosen = told(program, "identify", file, "--base", "modes", "--poles", "1.4:0.02")
+    for poles in ("1.4:0.02", [(1.4, 0.02)], np.array([[1.4, 0.02]])):
+        same(sindyscope.modes(file, poles=poles).to_dict(), chosen)
+    both = sindyscope.modes(file, poles=[(1.4, 0.02), (4.1, 0.01)], missing=True)
+    assert both.verdict == "nothing_missing" and np.allclose(both.frequencies, [1.5, 4.0], rtol=1e-3)
+    with pytest.raises(sindyscope.Error, match="damping ratio"):
+        sindyscope.modes(file, poles="1.4")
+    with pytest.raises(sindyscope.Error, match="every pole stands for one mode"):
+        sindyscope.modes(file, number=2, poles="1.4:0.02")
+    with pytest.raises(sindyscope.Error, match="whole number"):
+        sindyscope.modes(file, number="many")

@@ -92,3 +92,75 @@ fn diagnosed(
     let stages = stages.collect::<Result<Vec<_>, _>>()?;
     search.conclude(Vec::new(), stages, cancel).map(|diagnosis| Some(Arc::new(diagnosis)))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::app::project::Project;
+    use crate::app::state::{Document, FoundBeside, RigState, Shown};
+    use sindyscope_modes::StructureDiagnosis;
+    use sindyscope_rig::{Noise, ScenarioOptions, generate};
+
+    /// Two masses, a cubic spring at the second.
+    fn measured(path: &Path) {
+        let options = ScenarioOptions {
+            parameters: [("n", 2.0), ("place", 2.0), ("cubic", 3e5)].map(|(name, v)| (name.to_owned(), v)).to_vec(),
+            measure: Some(vec!["x1".to_owned(), "x2".to_owned()]),
+            amplitude: Some(10.0),
+            duration: Some(20.0),
+            noise: Some(Noise::ShareOfRms(0.01)),
+            seed: 1,
+            ..ScenarioOptions::default()
+        };
+        let records = generate("chain", &options).unwrap().records;
+        sindyscope_files::write_csv(&records, &mut fs::File::create(path).unwrap(), &[]).unwrap();
+    }
+
+    /// The project of a file whose structure was searched, as the window saves it.
+    fn searched(data: &Path, project: &Path) -> StructureDiagnosis {
+        let mut document = Document::of(Source::Files(vec![data.to_owned()]));
+        document.edit.base = sindyscope_modes::Base { model: BaseModel::Modes, ..Default::default() };
+        let cancel = Cancel::default();
+        let opened = open::open(Opening::of(document.source.clone()), &cancel).map_err(|r| r.problem.what).unwrap();
+        let records = RecordSet { entries: opened.records.iter().map(|r| (Arc::clone(r), Usage::Fit)).collect() };
+        let found = sindyscope_modes::diagnose(&records, &document.edit.base, &|_, _| {}, &cancel).unwrap();
+        document.beside = FoundBeside { structure: Some(Arc::new(found.clone())), component: false };
+        Project::new(&document, &[], Shown::default(), RigState::default()).save(project).unwrap();
+        found
+    }
+
+    #[test]
+    fn the_report_of_a_saved_structure_tells_the_force_that_its_search_found() {
+        let home = tempfile::tempdir().unwrap();
+        let (data, saved) = (home.path().join("two.csv"), home.path().join("two.json"));
+        measured(&data);
+        let found = searched(&data, &saved);
+        let reported = |what: &str| {
+            let content = project(&saved, "sindyscope report two.json").map_err(|p| p.what).expect(what);
+            let page = home.path().join("two.html");
+            content.write(&page).unwrap();
+            let Reported::Modes { diagnosis, .. } = content.of else { panic!("no report of modes") };
+            (diagnosis, fs::read_to_string(page).unwrap())
+        };
+        let (diagnosis, page) = reported("the project opens");
+        let diagnosis = diagnosis.expect("what was found is kept");
+        assert_eq!((diagnosis.verdict(), &diagnosis.found), ("named", &found.found));
+        for text in ["Cubic stiffness", "ground-2", "Stabilization diagram"] {
+            assert!(page.contains(text), "{text}");
+        }
+        // What the models leave is not kept but made again, of the same data.
+        let [(again, before)] = [(&diagnosis.unseen[0], &found.unseen[0])];
+        let rms = |left: &[f64]| (left.iter().map(|e| e * e).sum::<f64>() / left.len() as f64).sqrt();
+        let after = |record: &sindyscope_modes::UnseenRecord| record.after.as_ref().map(|a| rms(&a[0])).unwrap();
+        assert!((rms(&again.before[0]) / rms(&before.before[0]) - 1.0).abs() < 0.01);
+        assert!((after(again) / after(before) - 1.0).abs() < 0.01 && after(again) < 0.6 * rms(&again.before[0]));
+
+        // Of other data it tells nothing.
+        let text = fs::read_to_string(&data).unwrap();
+        fs::write(&data, text.lines().take(1500).map(|line| format!("{line}\n")).collect::<String>()).unwrap();
+        let (diagnosis, page) = reported("the shorter file opens");
+        assert!(diagnosis.is_none() && !page.contains("Cubic stiffness") && page.contains("Stabilization diagram"));
+    }
+}

@@ -3,8 +3,8 @@
 use super::super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::super::force::Effect;
 use super::super::limits::{
-    AT_REST, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, MODES_MISSING, MORE_MODES, OTHER_START, SHARPER,
-    STATE_STEPS,
+    AT_REST, FIRST_SHARE, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, LAST_GAIN, MODES_MISSING,
+    MORE_MODES, NEAR_NOISES, OTHER_START, SHARPER, STATE_STEPS,
 };
 use super::super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::super::measurement::SensorSeries;
@@ -12,7 +12,7 @@ use super::super::pole;
 use super::super::screen::{ForceCandidate, Screen, deviation};
 use super::ForceSearch;
 use super::following::held;
-use super::landing::StartKind;
+use super::landing::{StartKind, of_light_modes};
 use nalgebra::{Complex, DMatrix, DVector};
 use sindyscope_core::study::Cancel;
 
@@ -44,14 +44,15 @@ pub(super) struct BegunFit {
 
 impl ForceSearch<'_> {
     /// A closed-loop model from an open-loop fit, and the states that the fit has. The responses of each mode to inputs and
-    /// force are made one shape, as reciprocity asks. None where a start would be the first one again.
+    /// force are made one shape, as reciprocity asks. `turned` lets a force that may act either way act the other way than most of these responses
+    /// have it. None where a start would be the first one again.
     pub(super) fn start(
         &self,
         task: &LinearTask<'_>,
         fit: &ModalFit,
         candidate: &ForceCandidate,
         across: &[f64],
-        which: StartKind,
+        (which, turned): (StartKind, bool),
     ) -> Option<(ClosedModel, States)> {
         let (sensors, inputs) = (self.measurement.sensors.len(), self.measurement.inputs.len());
         let residue = |mode: usize| {
@@ -70,8 +71,13 @@ impl ForceSearch<'_> {
             .map(|i| split(i).unwrap_or_else(|| (DVector::zeros(sensors), DVector::zeros(inputs + 1))))
             .collect();
         let moved = |u: &DVector<f64>| across.iter().zip(u.iter()).map(|(e, u)| e * u).sum::<f64>();
-        let weight: f64 = parts.iter().map(|(u, v)| -v[inputs] * moved(u)).sum();
-        let sign = if weight < 0.0 && candidate.effect.has_either_sign() { -1.0 } else { 1.0 };
+        // By the static compliance at the force's place: what lies far beyond the band moves it little, however large it looks to an
+        // accelerometer.
+        let compliance =
+            |i: usize, (u, v): &(DVector<f64>, DVector<f64>)| -v[inputs] * moved(u) / fit.poles[i].omega.powi(2);
+        let weight: f64 = parts.iter().enumerate().map(|(i, part)| compliance(i, part)).sum();
+        let negative = candidate.effect.has_either_sign() && ((weight < 0.0) != turned);
+        let sign = if negative { -1.0 } else { 1.0 };
         let mut drive = Vec::new();
         let (mut shape, mut forced) = (Vec::new(), Vec::new());
         let mut restoring = true;
@@ -182,6 +188,12 @@ impl ForceSearch<'_> {
         largest <= AT_REST
     }
 
+    /// Share of the fitted records that is fitted in stretches.
+    pub(super) fn held_share(&self) -> f64 {
+        let total: usize = self.split.fitted.iter().map(SensorSeries::len).sum();
+        HELD_SAMPLES.min(HELD_VALUES / self.measurement.sensors.len() as f64) / total as f64
+    }
+
     /// A fit over short stretches that are hardly held together.
     pub(super) fn begun(
         &self,
@@ -193,9 +205,7 @@ impl ForceSearch<'_> {
     ) -> Option<BegunFit> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
         let whole_initial = start.initial.clone();
-        let total: usize = series.iter().map(SensorSeries::len).sum();
-        let samples = HELD_SAMPLES.min(HELD_VALUES / sensors.len() as f64);
-        let segments = stretches(series, self.stretch(&start), samples / total as f64);
+        let segments = stretches(series, self.stretch(&start), FIRST_SHARE * self.held_share());
         let mut model = start;
         model.initial = segments.iter().map(|s| states.at(s.record, s.start)).collect();
         let rest = whole_initial.is_empty();
@@ -210,7 +220,8 @@ impl ForceSearch<'_> {
         Some(BegunFit { model, course, whole_initial, error, noise })
     }
 
-    /// The number of modes (less one), from a number on, with which stretches that are hardly held together leave no more than noise.
+    /// The number of modes (less one), from a number on, with which stretches that are hardly held together leave no more than noise, else
+    /// the one with which they leave least, where that is near the noise.
     /// Whatever a force lacks, it lacks over a longer time: what such short stretches leave is what modes are missing for.
     pub(super) fn modes_for_stretches(
         &self,
@@ -219,11 +230,17 @@ impl ForceSearch<'_> {
         from: usize,
         cancel: &Cancel,
     ) -> Option<usize> {
-        let enough = |(fit, _): &(ModalFit, f64)| {
-            let begun = self.first_start(candidate, fit, StartKind::Plain, cancel);
-            begun.is_some_and(|b| b.error < MODES_MISSING * b.noise)
-        };
-        steps.iter().skip(from).take(MORE_MODES).position(enough).map(|more| from + more)
+        let mut best: Option<(usize, f64)> = None;
+        for (k, (fit, _)) in steps.iter().enumerate().skip(from).take(MORE_MODES) {
+            let Some(begun) = self.first_start(candidate, fit, StartKind::Plain, cancel) else { continue };
+            if begun.error < MODES_MISSING * begun.noise {
+                return Some(k);
+            }
+            if begun.error < NEAR_NOISES * begun.noise && best.is_none_or(|b| begun.error < LAST_GAIN * b.1) {
+                best = Some((k, begun.error));
+            }
+        }
+        best.map(|b| b.0)
     }
 
     fn first_start(
@@ -235,7 +252,9 @@ impl ForceSearch<'_> {
     ) -> Option<BegunFit> {
         let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
         let across = Screen::across(self.measurement, candidate.site)?;
-        let (start, states) = self.start(&task, fit, candidate, &across, kind)?;
+        let light = of_light_modes(&task, &fit.poles)?;
+        let fit = light.as_ref().unwrap_or(fit);
+        let (start, states) = self.start(&task, fit, candidate, &across, (kind, false))?;
         self.begun(start, &states, &self.offsets(&task, fit), candidate.effect.parts(), cancel)
     }
 

@@ -5,11 +5,12 @@ use super::super::force::{Effect, Site};
 use super::super::judge::{beats, compared};
 use super::super::limits::{
     EXPLAINS, FORCE_GAIN, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS, MOST_OTHERS, NEAR, NEAR_NOISES, NEAR_OTHER_EFFECT,
-    SCREENED_MODES,
+    SCREENED_MODES, SIDE_BY_SIDE,
 };
 use super::super::pole::Pole;
 use super::super::screen::{ForceCandidate, Screen, SiteKind};
 use super::{FittedStructure, ForceSearch};
+use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::Lead;
@@ -85,33 +86,37 @@ impl ForceSearch<'_> {
             nearest.see(&candidates);
             let mut chosen = VecDeque::from(self.promising(&candidates, &all, nearest));
             let mut others = self.others(&candidates, chosen.make_contiguous());
-            let (near, mut count) = (chosen.len(), 0);
+            let (near, mut count) = (chosen.len(), 0_usize);
             let again: Vec<ForceCandidate> =
                 chosen.iter().chain(&others).filter(|c| !c.effect.has_memory()).take(MOST_AGAIN).cloned().collect();
-            while let Some(candidate) = chosen.pop_front().or_else(|| self.next_other(&mut others, &all)) {
-                let share = f64::from(count) / (near + MOST_OTHERS) as f64;
-                report("fitting the force", from + (to - from) * (0.4 + 0.6 * share));
-                count += 1;
-                // Where one explains the data, those that are far from it need no fit.
-                if all.iter().any(explains) && candidate.error > NEAR * nearest.to(candidate.effect) {
-                    continue;
-                }
-                all.extend(self.closed(&screen, candidate, &self.standing(&all), false, cancel));
-                if cancel.is_cancelled() {
-                    return Err(ModesError::Cancelled);
-                }
-                // Where none of the near ones explains the data, the next ones are asked for.
-                if count as usize >= near + MOST_OTHERS || (chosen.is_empty() && all.iter().any(explains)) {
+            // The first one mostly explains the data: it is fitted alone, and what follows side by side.
+            let mut width = 1;
+            while count < near + MOST_OTHERS && !(chosen.is_empty() && all.iter().any(explains)) {
+                let explained = all.iter().any(explains);
+                let other = |others: &mut _| if explained { None } else { self.next_other(others, &all) };
+                let next = || chosen.pop_front().or_else(|| other(&mut others));
+                let mut batch: Vec<ForceCandidate> = std::iter::from_fn(next).take(width).collect();
+                if batch.is_empty() {
                     break;
                 }
+                let share = count as f64 / (near + MOST_OTHERS) as f64;
+                report("fitting the force", from + (to - from) * (0.4 + 0.6 * share));
+                count += batch.len();
+                width = SIDE_BY_SIDE;
+                // Where one explains the data, those that are far from it need no fit.
+                if explained {
+                    batch.retain(|c| c.error <= NEAR * nearest.to(c.effect));
+                }
+                let fitted = self.side_by_side(&screen, batch, &self.standing(&all), false, cancel)?;
+                all.extend(fitted);
             }
             // Where none did, modes may be hidden that the first ones were fitted without.
-            for candidate in again {
+            for batch in again.chunks(SIDE_BY_SIDE) {
                 let standing = self.standing(&all);
                 if standing.explained || !standing.poles.is_empty() {
                     break;
                 }
-                if let Some(fitted) = self.closed(&screen, candidate, &standing, true, cancel) {
+                for fitted in self.side_by_side(&screen, batch.to_vec(), &standing, true, cancel)? {
                     keep_better(&mut all, fitted);
                 }
             }
@@ -124,13 +129,25 @@ impl ForceSearch<'_> {
         if standing.explained {
             let poorer = |f: &&FittedStructure| f.model.modes() < standing.poles.len() && !self.explains(f);
             let again: Vec<ForceCandidate> = all.iter().filter(poorer).map(|f| f.candidate.clone()).collect();
-            for candidate in again {
-                if let Some(fitted) = self.closed(&screen, candidate, &standing, false, cancel) {
-                    keep_better(&mut all, fitted);
-                }
+            for fitted in self.side_by_side(&screen, again, &standing, false, cancel)? {
+                keep_better(&mut all, fitted);
             }
         }
         Ok(all)
+    }
+
+    /// Candidates fitted beside what the ones before have come to, on as many cores as there are.
+    fn side_by_side(
+        &self,
+        screen: &Screen<'_>,
+        candidates: Vec<ForceCandidate>,
+        standing: &ForceStanding,
+        with_more_modes: bool,
+        cancel: &Cancel,
+    ) -> Result<Vec<FittedStructure>, ModesError> {
+        let closed = |c: ForceCandidate| self.closed(screen, c, standing, with_more_modes, cancel);
+        let fitted: Vec<Option<FittedStructure>> = candidates.into_par_iter().map(closed).collect();
+        if cancel.is_cancelled() { Err(ModesError::Cancelled) } else { Ok(fitted.into_iter().flatten().collect()) }
     }
 
     fn explains(&self, fitted: &FittedStructure) -> bool {
@@ -153,7 +170,7 @@ impl ForceSearch<'_> {
     /// Candidates without a memory behind those that are chosen, the best first: of each effect and place one.
     fn others(&self, candidates: &[ForceCandidate], chosen: &[ForceCandidate]) -> Vec<ForceCandidate> {
         let mut others: Vec<ForceCandidate> = Vec::new();
-        for c in candidates.iter().filter(|c| !c.effect.has_memory() && c.error < FORCE_GAIN * self.linear_error()) {
+        for c in candidates.iter().filter(|c| !c.effect.has_memory()) {
             if chosen.iter().chain(&others).all(|k| (k.effect, k.site) != (c.effect, c.site)) {
                 others.push(c.clone());
             }
@@ -166,8 +183,9 @@ impl ForceSearch<'_> {
     fn next_other(&self, others: &mut Vec<ForceCandidate>, fitted: &[FittedStructure]) -> Option<ForceCandidate> {
         let near = !self.standing(fitted).poles.is_empty();
         let best = fitted.iter().filter(|_| near).min_by(|a, b| a.error.total_cmp(&b.error)).map(|f| f.candidate.site);
-        let at = others.iter().position(|c| Some(c.site) == best).unwrap_or(0);
-        (!others.is_empty()).then(|| others.remove(at))
+        let better = |c: &ForceCandidate| c.error < FORCE_GAIN * self.linear_error();
+        let at = others.iter().position(|c| Some(c.site) == best).or_else(|| others.iter().position(better))?;
+        Some(others.remove(at))
     }
 
     /// Of each effect that was not fitted yet the best place, of the near ones every place.
@@ -190,7 +208,9 @@ impl ForceSearch<'_> {
                 chosen.push(c);
             }
         }
-        // Before one that contains another stands that other, which it must beat.
+        // A joint that slips takes longest, and stands in for much of what others do: it comes first where nothing else is near it. Before
+        // one that contains another stands that other, which it must beat.
+        chosen.sort_by_key(|c| c.effect.has_memory() && nearest.plain < NEAR_OTHER_EFFECT * nearest.any);
         let mut ordered: Vec<&ForceCandidate> = Vec::new();
         for c in chosen {
             let simpler = candidates.iter().find(|s| s.site == c.site && c.effect.contains(s.effect));

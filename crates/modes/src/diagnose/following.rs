@@ -47,6 +47,12 @@ impl ForceSearch<'_> {
             Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.clone() };
         let mut errors = Vec::new();
         for hold in HOLDS {
+            // What has come so far is worth all stretches.
+            if errors.len() == SAME_HOLDS {
+                let starts = (0..series.len()).map(|r| begins(&model, &course, states, r)).collect();
+                (model, course) =
+                    self.over_stretches(&model, starts, (series, &offsets, rest), self.held_share(), parts, cancel);
+            }
             if hold > HOLDS[0] {
                 course.weights = held(&model, hold);
                 let of = course.along(sensors, series, parts);
@@ -61,7 +67,7 @@ impl ForceSearch<'_> {
             }
             errors.push(error);
             // From here on another start goes the same way.
-            let as_before = known.get(errors.len() - 1).is_some_and(|k| (error / k - 1.0).abs() < SAME_WAY);
+            let as_before = known.get(errors.len() - 1).is_some_and(|k| error > (1.0 - SAME_WAY) * k);
             if as_before && errors.len() >= SAME_HOLDS {
                 return None;
             }
@@ -95,11 +101,7 @@ impl ForceSearch<'_> {
                 });
             }
         }
-        let state = |r: usize| {
-            let first = course.segments.iter().position(|s| (s.record, s.start) == (r, 0));
-            first.map_or_else(|| states.at(r, 0), |k| model.initial[k].clone())
-        };
-        let starts = (0..series.len()).map(state).collect();
+        let starts = (0..series.len()).map(|r| begins(&model, &course, states, r)).collect();
         let (model, course) = self.shadowed(&model, starts, (series, &offsets, rest), parts, cancel)?;
         let of = course.along(sensors, series, parts);
         let left = model.simulate(of)?;
@@ -118,17 +120,32 @@ impl ForceSearch<'_> {
         cancel: &Cancel,
     ) -> Option<(ClosedModel, Course)> {
         let sensors = &self.measurement.sensors;
-        let segments = stretches(series, self.stretch(model), 1.0);
-        let mut model = model.clone();
-        model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
-        let mut course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
-        model = model.swept(course.along(sensors, series, parts), STATE_STEPS, cancel);
+        let along = (series, offsets, rest);
+        let (mut model, mut course) = self.over_stretches(model, starts, along, 1.0, parts, cancel);
         for hold in HOLDS {
             course.weights = held(&model, hold);
             let of = course.along(sensors, series, parts);
             model = model.fitted(of, Free::Initial, HELD_STEPS, HELD_GAIN, cancel)?.0;
         }
         Some((model, course))
+    }
+
+    /// A model over stretches of a share of each record, their states sought one after the other from the records' beginnings.
+    fn over_stretches(
+        &self,
+        model: &ClosedModel,
+        starts: Vec<InitialState>,
+        (series, offsets, rest): (&[SensorSeries], &[Vec<f64>], bool),
+        share: f64,
+        parts: usize,
+        cancel: &Cancel,
+    ) -> (ClosedModel, Course) {
+        let segments = stretches(series, self.stretch(model), share);
+        let mut model = model.clone();
+        model.initial = segments.iter().map(|s| starts[s.record].clone()).collect();
+        let course = Course { segments, weights: Vec::new(), rest, offsets: offsets.to_vec() };
+        model = model.swept(course.along(&self.measurement.sensors, series, parts), STATE_STEPS, cancel);
+        (model, course)
     }
 
     /// Samples of a stretch.
@@ -172,6 +189,12 @@ impl ForceSearch<'_> {
             (free, shadowed) => shadowed.or(free),
         }
     }
+}
+
+/// The state with which a record begins: that of its first stretch, else as an open-loop fit has it.
+fn begins(model: &ClosedModel, course: &Course, states: &States, record: usize) -> InitialState {
+    let first = course.segments.iter().position(|s| (s.record, s.start) == (record, 0));
+    first.map_or_else(|| states.at(record, 0), |k| model.initial[k].clone())
 }
 
 /// What jumps of the states count for, each beside the size of its state.

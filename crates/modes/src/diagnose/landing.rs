@@ -5,11 +5,13 @@ use super::super::identify::main_period;
 use super::super::judge::{Residuals, beats};
 use super::super::limits::{
     BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, LAST_GAIN, LEFT_OUT, LEFT_OUT_STEPS, MODE_GAIN, NEAR_NOISES,
-    RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, WHOLE_STEPS, WRONG_COUPLING,
+    POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::super::linear::{LinearTask, ModalFit};
 use super::super::motion::PARTS;
+use super::super::pole::Pole;
 use super::super::screen::{Along, ForceCandidate, Screen};
+use super::beginning::BegunFit;
 use super::candidates::ForceStanding;
 use super::following::{FollowedForce, Unseen};
 use super::{FittedStructure, ForceSearch};
@@ -82,11 +84,17 @@ impl ForceSearch<'_> {
                 } else {
                     self.start_modes(&candidate, &path, with_more_modes && round == 0, cancel)?
                 };
-                // Along a force that explains the data, only a mode that it had hidden is worth another fit.
-                if done && got.as_ref().is_some_and(|g| path[at].0.poles.len() <= g.0.model.modes()) {
+                // Along a force that explains the data, only a mode that it had hidden is worth another fit: one with which less is left.
+                let (modes, left) = (path[at].0.poles.len(), path[at].1);
+                if done && got.as_ref().is_some_and(|g| modes <= g.0.model.modes() || left >= g.1.error) {
                     break;
                 }
-                path.into_iter().nth(at)?.0
+                let fit = path.into_iter().nth(at)?.0;
+                if explains || !self.chosen.0.is_empty() {
+                    fit
+                } else {
+                    of_light_modes(&task, &fit.poles)?.unwrap_or(fit)
+                }
             };
             // In a further round the second kind may be the first one again, which is all there is then.
             let open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
@@ -163,13 +171,27 @@ impl ForceSearch<'_> {
         let parts = candidate.effect.parts();
         let mut best: Option<(FollowedForce, StartKind)> = None;
         let mut errors = Vec::new();
+        let begin = |which: StartKind, turned: bool| {
+            let tried = [Some(which), again.then_some(StartKind::Plain)];
+            let start = |k| self.start(task, fit, candidate, &across, (k, turned));
+            let (start, states) = tried.into_iter().flatten().find_map(start)?;
+            Some((self.begun(start, &states, &offsets, parts, cancel)?, states))
+        };
+        let mut turned = None;
         for which in kinds {
-            let tried = [Some(*which), again.then_some(StartKind::Plain)];
-            let first = tried.into_iter().flatten().find_map(|k| self.start(task, fit, candidate, &across, k));
-            let Some((start, states)) = first else { continue };
-            let found = self
-                .begun(start, &states, &offsets, parts, cancel)
-                .and_then(|begun| self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel));
+            let mut begun = begin(*which, turned.unwrap_or(false));
+            // Which way a force acts is told by short stretches sooner than by responses along a rough force.
+            let sure = |b: &BegunFit| b.error < EXPLAINS * b.noise;
+            if turned.is_none() && candidate.effect.has_either_sign() && !begun.as_ref().is_some_and(|b| sure(&b.0)) {
+                let other = begin(*which, true);
+                let better = |o: &BegunFit| begun.as_ref().is_none_or(|b| o.error < b.0.error);
+                turned = Some(other.as_ref().is_some_and(|o| better(&o.0)));
+                if turned == Some(true) {
+                    begun = other;
+                }
+            }
+            let Some((begun, states)) = begun else { continue };
+            let found = self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel);
             let Some(found) = found else { continue };
             let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
             if best.as_ref().is_none_or(|(b, _)| found.error < b.error) {
@@ -257,4 +279,11 @@ impl ForceSearch<'_> {
         }
         best
     }
+}
+
+/// An open-loop fit without the poles that are damped as no mode of a structure is: along a rough force they stand for its error, and in
+/// closed loop they would move the force. All of them stay where there is no other.
+pub(super) fn of_light_modes(task: &LinearTask<'_>, poles: &[Pole]) -> Option<Option<ModalFit>> {
+    let light: Vec<Pole> = poles.iter().copied().filter(|p| p.damping < POOL_DAMPING.1).collect();
+    if light.is_empty() || light.len() == poles.len() { Some(None) } else { task.fit(&light).map(Some) }
 }

@@ -96,7 +96,7 @@ def modes(
     fit: list[list[NativeRecord]],
     held_out: list[list[NativeRecord]],
     settings: _Settings,
-    asked: tuple[int | None, bool],
+    asked: tuple[_Settings, bool],
     progress: _Progress | None,
 ) -> tuple[str, str]: ...
 def write_table(table: str | PathLike[str], rows: list[tuple[str, str]]) -> None: ...

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
 from ._error import Error
@@ -135,7 +136,8 @@ def modes(
     a: Any = None,
     name: str | None = None,
     units: Mapping[str, str] | None = None,
-    number: int | None = None,
+    number: int | Literal["auto"] | None = None,
+    poles: str | Iterable[tuple[float, float]] | None = None,
     missing: bool = False,
     progress: Progress | None = None,
     **settings: Unpack[Reading],
@@ -144,7 +146,9 @@ def modes(
 
     Args:
         t, x, u, v, a, test, name, units, progress: As for :func:`identify`; sensors in columns, shape ``(n, sensors)``.
-        number: How many modes; left out: as many as the data bear.
+        number: How many modes; left out or ``"auto"``: as many as the data bear.
+        poles: Poles from which the modes are fitted, none is chosen: pairs of natural frequency (Hz) and damping ratio, or a text as
+            the command's ``--poles`` has it, ``"3.47:0.004,5.19:0.006"``.
         missing: Whether the force is searched for that a linear structure lacks, and where it acts; it takes longer.
         settings: How records are read and prepared: ``columns``, ``crop``, ``prepare``, ``hold_out``, …
 
@@ -152,10 +156,20 @@ def modes(
         Error: no modes can be found; ``advice`` says what to try.
     """
     told = texts(settings)
-    if number is not None and number < 1:
-        raise Error(f"number is {number}: a structure has one mode at least", "leave it out, and the data say how many")
+    base: list[tuple[str, str]] = []
+    if number is not None and number != "auto":
+        if isinstance(number, str):
+            raise Error(f'number is "{number}": it is a whole number or "auto"', "leave it out, and the data say how many")
+        if number < 1:
+            raise Error(f"number is {number}: a structure has one mode at least", "leave it out, and the data say how many")
+        base.append(("modes", str(operator.index(number))))
+    if poles is not None:
+        if base:
+            raise Error("both `number` and `poles` are given: every pole stands for one mode", "leave out `number`")
+        listed = poles if isinstance(poles, str) else ",".join(f"{float(f)!r}:{float(d)!r}" for f, d in poles)
+        base.append(("poles", listed))
     fit, held_out = _both(t, x, u, test, told, {"v": v, "a": a, "name": name, "units": units})
-    return Structure(*_native.modes(fit, held_out, told, (number, missing), progress))
+    return Structure(*_native.modes(fit, held_out, told, (base, missing), progress))
 
 
 def report(
