@@ -206,10 +206,7 @@ impl Wave {
 
     /// Whether several instants together cost less than one after the other.
     pub(super) fn is_cheaper_together(&self) -> bool {
-        match self {
-            Self::Multisine(_) => true,
-            _ => false,
-        }
+        matches!(self, Self::Multisine(_))
     }
 
     /// Appends value and derivatives at each of these times, s, to `values`: those of [`Self::at`], to the bit.
