@@ -101,9 +101,11 @@ fn the_table_of_a_batch_is_shown_as_a_series_and_a_record_opens_with_a_click() {
     let written = std::fs::read_to_string(&report).unwrap();
     assert!(written.contains("Records that do not fit") && written.contains("run6.csv") && written.contains("v: x"));
 
+    assert!(window.shows("10 records over temperature") && !window.shows("fitted in "), "the line at the bottom");
+
     // A record of the right column: its file opens in place of the series, which the recent files bring back.
     window.click("run6.csv");
-    assert!(window.app().shown_series().is_none());
+    assert!(window.app().shown_series().is_none() && window.shows("fitted in "));
     assert_eq!(window.app().records().entries.len(), 1);
     window.click("run6.csv ⏷");
     window.click("table.csv");

@@ -86,6 +86,7 @@ fn a_growing_file_is_identified_live_alarms_when_it_changes_and_its_end_is_kept(
     append(&path, &rows[1502..5900]);
     window.wait_for("it is identified", |w| w.app().streamed().0 > 30);
     assert!(window.shows("dv/dt =") && window.shows("The model explains what arrives"));
+    assert!(window.shows("s identified · alarms: 0") && !window.shows("fitted in "), "the line at the bottom");
     assert_eq!(window.app().streamed().1, 0, "{:?}", window.app().streamed());
     window.click("Pause");
     append(&path, &rows[5900..6600]);

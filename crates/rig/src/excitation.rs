@@ -95,7 +95,26 @@ impl Excitation {
     /// Value and derivatives at time `t`, s.
     pub fn at(&self, t: f64) -> Derivatives {
         let t = t - self.delay;
-        let wave = self.wave.at(t);
+        self.faded(t, self.wave.at(t))
+    }
+
+    /// Appends value and derivatives at each of these times, s, to `values`: those of [`Self::at`], to the bit.
+    pub(super) fn append_at(&self, times: &[f64], values: &mut Vec<Derivatives>) {
+        let times: Vec<f64> = times.iter().map(|t| t - self.delay).collect();
+        let begin = values.len();
+        self.wave.append_at(&times, values);
+        for (value, t) in values[begin..].iter_mut().zip(times) {
+            *value = self.faded(t, *value);
+        }
+    }
+
+    /// Whether several instants together cost less than one after the other.
+    pub(super) fn is_cheaper_together(&self) -> bool {
+        self.wave.is_cheaper_together()
+    }
+
+    /// The wave's value at its own time `t`, faded in and out.
+    fn faded(&self, t: f64, wave: Derivatives) -> Derivatives {
         let rising = if self.rise > 0.0 { wave * smooth_step(t / self.rise, 1.0 / self.rise) } else { wave };
         match self.fall {
             Some((end, length)) => rising * smooth_step((end - t) / length, -1.0 / length),
@@ -141,6 +160,21 @@ mod tests {
                 Transition { from: 4.0, duration: 1.0, distance: -0.7 },
             ]),
         ]
+    }
+
+    #[test]
+    fn instants_together_are_those_one_after_the_other_to_the_bit() {
+        for excitation in samples() {
+            let times: Vec<f64> = (0..43).map(|k| 0.27 * f64::from(k) - 0.5).collect();
+            let mut together = vec![Derivatives([7.0; 3])];
+            excitation.append_at(&times, &mut together);
+            let alone = times.iter().map(|t| excitation.at(*t));
+            let bits = |Derivatives(jet): Derivatives| jet.map(f64::to_bits);
+            assert_eq!(together.len(), 1 + times.len());
+            for ((t, a), b) in times.iter().zip(&together[1..]).zip(alone) {
+                assert_eq!(bits(*a), bits(b), "{excitation:?} at {t} s");
+            }
+        }
     }
 
     #[test]

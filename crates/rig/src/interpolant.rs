@@ -1,6 +1,7 @@
 use differential_equations::error::Error;
 use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::tableau::ButcherTableau;
 
 use super::smooth_phase::SmoothPhase;
 
@@ -38,6 +39,23 @@ pub(super) fn solver(accuracy: Accuracy, longest_step: f64) -> Solver {
         .max_steps(usize::MAX)
 }
 
+/// Where in a step the method asks for rates, as shares of the step.
+pub(super) struct Stages([f64; 16]);
+
+impl Default for Stages {
+    fn default() -> Self {
+        Self(ButcherTableau::<f64, 12, 16>::dop853().c)
+    }
+}
+
+impl Stages {
+    /// Foresees what the next step of a solver asks for: its stages, beginning and end.
+    pub(super) fn foresee(&self, solver: &Solver, phase: &SmoothPhase<'_>) {
+        let (t, h) = (solver.t(), solver.h());
+        phase.foresee(self.0.iter().map(|share| t + share * h));
+    }
+}
+
 /// The motion within one step: the polynomial of degree seven that has the state and its rate at four instants.
 ///
 /// The integrator's own dense output of this method (differential-equations 0.7.0) exchanges s and 1 − s in its higher
@@ -49,6 +67,7 @@ pub(super) struct Interpolant {
     differences: Vec<[f64; 8]>,
     end: Vec<f64>,
     inner: Solver,
+    stages: Stages,
     rates: Vec<f64>,
 }
 
@@ -60,6 +79,7 @@ impl Interpolant {
             differences: vec![[0.0; 8]; states],
             end: vec![0.0; states],
             inner: solver(accuracy, f64::INFINITY),
+            stages: Stages::default(),
             rates: vec![0.0; states],
         }
     }
@@ -77,6 +97,7 @@ impl Interpolant {
         (self.from, self.to) = (outer.t_prev(), outer.t());
         let length = self.to - self.from;
         self.note(0, self.from, outer.y_prev(), phase);
+        self.note(3, self.to, outer.y(), phase);
         self.inner.h0 = NODES[1] * length;
         self.inner.init(phase, self.from, f64::INFINITY, outer.y_prev())?;
         for (node, share) in NODES.iter().enumerate().take(3).skip(1) {
@@ -85,7 +106,6 @@ impl Interpolant {
             let state = self.inner.y().clone();
             self.note(node, target, &state, phase);
         }
-        self.note(3, self.to, outer.y(), phase);
         self.end.copy_from_slice(outer.y());
         for row in &mut self.differences {
             divide(row);
@@ -101,6 +121,7 @@ impl Interpolant {
                 return Ok(());
             }
             self.inner.set_h(self.inner.h().min(target - self.inner.t()));
+            self.stages.foresee(&self.inner, phase);
             self.inner.step(phase)?;
         }
         Err(Error::StepSize { t: self.inner.t(), y: self.inner.y().clone() })

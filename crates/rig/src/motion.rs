@@ -33,12 +33,9 @@ impl PlantMotion {
     ) -> Result<Self, RigError> {
         let PlantResponse { states, rates, stops } = respond_at(accuracy, plant, inputs, initial, &times)?;
         let series = |input: &Excitation| {
-            let mut orders: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
-            for t in &times {
-                for (order, value) in orders.iter_mut().zip(input.at(*t).0) {
-                    order.push(value);
-                }
-            }
+            let mut values = Vec::with_capacity(times.len());
+            input.append_at(&times, &mut values);
+            let orders: [Vec<f64>; 3] = std::array::from_fn(|order| values.iter().map(|v| v.0[order]).collect());
             orders
         };
         let inputs = inputs.iter().map(series).collect();

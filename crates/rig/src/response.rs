@@ -5,7 +5,7 @@ use differential_equations::status::Status;
 
 use super::RigError;
 use super::excitation::Excitation;
-use super::interpolant::{Accuracy, Interpolant, solver};
+use super::interpolant::{Accuracy, Interpolant, Stages, solver};
 use super::plant::{ContactState, Dynamics, Plant, SwitchingState};
 use super::smooth_phase::SmoothPhase;
 
@@ -126,6 +126,8 @@ struct Integration<'a> {
     /// Which guards have been positive since the phase began; one that begins at zero proves nothing by falling.
     armed: Vec<bool>,
     scratch: Vec<f64>,
+    /// Where in a step rates are asked for.
+    stages: Stages,
     /// The motion within the last step, and a state of it.
     span: Interpolant,
     looked: Vec<f64>,
@@ -151,7 +153,7 @@ impl<'a> Integration<'a> {
         let states = vec![Vec::with_capacity(instants.len()); dynamics.states()];
         let rates = states.clone();
         Self {
-            phase: SmoothPhase { dynamics: RefCell::new(dynamics), inputs, mode },
+            phase: SmoothPhase { dynamics: RefCell::new(dynamics), inputs, mode, foreseen: RefCell::default() },
             t: 0.0,
             state: initial.to_vec(),
             instants,
@@ -163,6 +165,7 @@ impl<'a> Integration<'a> {
             guards: vec![0.0; guards],
             armed: vec![false; guards],
             scratch: vec![0.0; initial.len()],
+            stages: Stages::default(),
             span: Interpolant::new(initial.len(), accuracy),
             looked: vec![0.0; initial.len()],
             turned: f64::NEG_INFINITY,
@@ -276,6 +279,7 @@ impl<'a> Integration<'a> {
             self.steps_left = self.steps_left.checked_sub(1).ok_or(RigError::TooLong { time: solver.t() })?;
             solver.set_h(solver.h().min(stop - solver.t()));
             let time = solver.t();
+            self.stages.foresee(&solver, &self.phase);
             solver.step(&self.phase).map_err(|_| RigError::Unbounded { time })?;
             if matches!(solver.status(), Status::RejectedStep) {
                 continue;
@@ -307,8 +311,9 @@ impl<'a> Integration<'a> {
         }
         let (from, to) = (self.span.from(), self.span.to());
         let mut before = from;
-        for look in 1..=LOOKS_A_STEP {
-            let at = from + (to - from) * f64::from(look) / f64::from(LOOKS_A_STEP);
+        let instant = |look: u32| from + (to - from) * f64::from(look) / f64::from(LOOKS_A_STEP);
+        self.phase.foresee((1..=LOOKS_A_STEP).map(instant));
+        for at in (1..=LOOKS_A_STEP).map(instant) {
             self.look(at);
             if self.guards.iter().any(|g| *g < 0.0) {
                 self.enter_next(before, at);

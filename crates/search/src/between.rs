@@ -19,14 +19,19 @@ const FINER: usize = 4;
 impl Data {
     /// RMS that the unknown course of the inputs between their samples may come to in the response of a model along the fitted
     /// records, weighted: what a course through fewer neighbours changes and no parameter, offset or initial state makes up
-    /// for. Zero where that cannot be told.
+    /// for. Zero where that cannot be told, and if cancelled.
     pub(super) fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
         let driven = fitted.level != WHOLE;
         // Internal states of segments begin as the measured motion drives them, sample by sample.
         if driven && fitted.composition.internals() > 0 || self.layout.inputs == 0 {
             return 0.0;
         }
+        let cancelled = || cancel.is_cancelled();
         let finer = |run: &Run| -> Option<Run> {
+            // A course takes tens of milliseconds where a record is long, and there may be many.
+            if cancelled() {
+                return None;
+            }
             let spread = |values: &Arc<[f64]>| values.iter().flat_map(|v| [*v; FINER]).collect();
             Some(Run {
                 grid: Arc::new(run.grid.other_course(FINER)?),
@@ -36,7 +41,6 @@ impl Data {
             })
         };
         let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
-        let cancelled = || cancel.is_cancelled();
         let options = FitOptions { driven, ..self.options(&cancelled, 0, None) };
         let refined = &fitted.refined;
         let Some(other) = respond(&fitted.composition, &runs, &refined.point, options) else { return 0.0 };

@@ -6,7 +6,7 @@ use egui::{Vec2, WidgetInfo, pos2, vec2};
 use super::look::Look;
 use super::palette;
 use crate::app::widgets;
-use sindyscope_report::figure::{Cells, KeyMark, LegendEntry, MarkerShape};
+use sindyscope_report::figure::{Cells, KeyMark, LayerRole, LegendEntry, MarkerShape, Panel};
 use sindyscope_values::format::shown::ShownUnits;
 
 /// Height of a legend, points; kept whether or not there is an entry, so that nothing jumps.
@@ -15,12 +15,36 @@ pub(crate) const HEIGHT: f32 = 20.0;
 /// Length of the piece of line that stands for a curve.
 const SAMPLE: f32 = 24.0;
 
+/// Between it and the curve's name, points.
+const GAP: f32 = 6.0;
+
 /// A line of a legend's height, its contents from `left` on.
 pub(crate) fn line(ui: &mut Ui, left: f32, contents: impl FnOnce(&mut Ui)) {
     widgets::line(ui, HEIGHT, |ui| {
         ui.add_space(left);
         contents(ui);
     });
+}
+
+/// Width of a shade beside its name, points.
+pub(super) const SWATCH: f32 = 16.0;
+
+/// Width of these words in a line, points.
+pub(super) fn text_width(ui: &Ui, text: &str) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    ui.painter().layout_no_wrap(text.to_owned(), font, Color32::PLACEHOLDER).size().x
+}
+
+/// Width of an entry with this name, points.
+fn entry_width(text: f32) -> f32 {
+    SAMPLE + GAP + text + 8.0
+}
+
+/// Room kept for the curves of before a change while a panel has none to show: what stands at the right must not change its words
+/// whenever a slider is moved.
+pub(super) fn to_come(ui: &Ui, panel: &Panel) -> f32 {
+    let absent = panel.layers.iter().filter(|layer| layer.part == LayerRole::Ghost && layer.is_empty());
+    absent.map(|layer| entry_width(text_width(ui, &layer.name)) + ui.spacing().item_spacing.x).sum()
 }
 
 /// Draws entries from left to right; a click switches an ink where inks can be.
@@ -62,8 +86,7 @@ fn entry(ui: &mut Ui, key: &LegendEntry, name: &str, (color, on, switched): (Col
     let font = TextStyle::Body.resolve(ui.style());
     let text_color = if on { ui.visuals().text_color() } else { ui.visuals().weak_text_color() };
     let galley = ui.painter().layout_no_wrap(name.to_owned(), font, text_color);
-    let gap = 6.0;
-    let size = vec2(SAMPLE + gap + galley.size().x + 8.0, HEIGHT);
+    let size = vec2(entry_width(galley.size().x), HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, if switched { Sense::click() } else { Sense::hover() });
     let painter = ui.painter();
     if switched && (response.hovered() || response.has_focus()) {
@@ -88,7 +111,7 @@ fn entry(ui: &mut Ui, key: &LegendEntry, name: &str, (color, on, switched): (Col
             painter.rect_filled(patch, 1.0, color.gamma_multiply(0.4));
         }
     }
-    let at = pos2(ends[1].x + gap, y - galley.size().y / 2.0);
+    let at = pos2(ends[1].x + GAP, y - galley.size().y / 2.0);
     painter.galley(at, galley, text_color);
     if !switched {
         response.widget_info(|| WidgetInfo::labeled(Role::Label, true, name));
@@ -100,7 +123,7 @@ fn entry(ui: &mut Ui, key: &LegendEntry, name: &str, (color, on, switched): (Col
 
 /// The shade of a stretch of time, to be named beside it.
 pub(crate) fn swatch(ui: &mut Ui, tint: Color32) -> egui::Response {
-    let (rect, response) = ui.allocate_exact_size(vec2(16.0, 11.0), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(SWATCH, 11.0), Sense::hover());
     let frame = Stroke::new(1.0, tint.gamma_multiply(4.0));
     ui.painter().rect(rect, 1.0, tint, frame, egui::StrokeKind::Inside);
     response

@@ -153,28 +153,76 @@ fn head_line(ui: &mut Ui, plots: &mut Plots, figure: &Figure, panel: &Panel, loo
             ui.add(egui::Label::new(title).truncate());
             return;
         }
+        let mut room = ui.available_width();
+        if !look.compact {
+            room -= legend::to_come(ui, panel);
+        }
+        let said = stretches_said(ui, panel, room);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            for guide in &panel.guides {
-                let Guide::Stretches { tint, stretches, text } = guide else { continue };
-                if text.is_empty() {
-                    continue;
-                }
-                let worst = (*tint == Tint::Worst).then(|| stretches.first().copied()).flatten();
-                if let Some(stretch) = worst.filter(|_| roomy) {
-                    let hint = "Go there; so does a click on the shaded stretch";
-                    if ui.link(text).on_hover_text(hint).clicked() {
-                        plots.go_to = Some(surroundings(stretch));
+            for StretchesSaid { tint, first, text, whole } in said {
+                let worst = if tint == Tint::Worst { first } else { None };
+                match worst {
+                    _ if text.is_empty() => {}
+                    Some(stretch) => {
+                        let hint = "Go there; so does a click on the shaded stretch";
+                        if ui.link(text).on_hover_text(hint).clicked() {
+                            plots.go_to = Some(surroundings(stretch));
+                        }
                     }
-                } else if roomy && worst.is_none() {
-                    ui.label(text);
+                    None => {
+                        ui.label(text).on_hover_text(whole);
+                    }
                 }
-                legend::swatch(ui, palette::tint(*tint, dark)).on_hover_text(text);
+                legend::swatch(ui, palette::tint(tint, dark)).on_hover_text(whole);
             }
             if !panel.title.is_empty() {
                 ui.add(egui::Label::new(title.weak()).truncate());
             }
         });
     });
+}
+
+/// What a line says of shaded stretches.
+struct StretchesSaid<'a> {
+    tint: Tint,
+    /// The first of them, from and to.
+    first: Option<(f64, f64)>,
+    /// What is written beside the shade; empty: there is no room for words.
+    text: &'a str,
+    /// All there is to say.
+    whole: &'a str,
+}
+
+/// What is said of the shaded stretches of a panel in this width, their shades included: everything; where that has no room, the widest is
+/// shortened, in the end to its shade alone, until all fit.
+fn stretches_said<'a>(ui: &Ui, panel: &'a Panel, width: f32) -> Vec<StretchesSaid<'a>> {
+    let mut said: Vec<StretchesSaid<'a>> = panel
+        .guides
+        .iter()
+        .filter_map(|guide| match guide {
+            Guide::Stretches { tint, stretches, text } if !text.is_empty() => {
+                Some(StretchesSaid { tint: *tint, first: stretches.first().copied(), text, whole: text })
+            }
+            _ => None,
+        })
+        .collect();
+    let wide = |s: &StretchesSaid<'_>| legend::text_width(ui, s.text);
+    let spacing = ui.spacing().item_spacing.x;
+    let needed =
+        |s: &StretchesSaid<'_>| legend::SWATCH + spacing + if s.text.is_empty() { 0.0 } else { wide(s) + spacing };
+    while said.iter().map(needed).sum::<f32>() > width {
+        let with_words = said.iter_mut().filter(|s| !s.text.is_empty());
+        let Some(widest) = with_words.max_by(|a, b| wide(a).total_cmp(&wide(b))) else { break };
+        widest.text = shortened(widest.text);
+    }
+    said
+}
+
+/// The words without their last part: what stands before a bracket, a comma or a time, then before a number, then nothing.
+fn shortened(text: &str) -> &str {
+    let part = ["(", ",", " at "].into_iter().filter_map(|sign| text.find(sign)).min();
+    let end = part.or_else(|| text.find(|c: char| c.is_ascii_digit())).unwrap_or(0);
+    text[..end].trim_end()
 }
 
 /// A stretch with as much before and after it.

@@ -17,6 +17,20 @@ pub(crate) struct OpenSeries {
 /// What was read for what was asked: the table, and what it goes over.
 pub(crate) type SeriesRoom = Answer<(PathBuf, Option<SeriesOver>), OpenSeries>;
 
+impl SeriesRoom {
+    /// What the line at the bottom says: what it is of, or what became of the table that was asked for, whose reason stands in the centre.
+    pub(crate) fn said(&self) -> String {
+        match self.found().filter(|_| self.failure().is_none()) {
+            Some(open) => {
+                let Series { over, records, .. } = &open.series;
+                format!("{records} records over {}", over.as_deref().unwrap_or("the order of the table"))
+            }
+            None if self.is_running() => "reading the table…".to_owned(),
+            None => String::new(),
+        }
+    }
+}
+
 /// Reads a table as a series; where nothing is said it goes over the first column that says what was varied, if there is one.
 ///
 /// # Errors

@@ -85,6 +85,23 @@ impl StreamRoom {
         self.waiting = None;
     }
 
+    /// What the line at the bottom says.
+    pub(crate) fn said(&self) -> String {
+        let text = match (&self.failure, &self.settled) {
+            (Some(failure), _) => return failure.clone(),
+            (None, Some(settled)) => {
+                format!("the last {} s identified · alarms: {}", significant(settled.last, 3), self.alarms)
+            }
+            (None, None) if self.filled.is_some() && !self.ended => return "waiting for the first seconds…".to_owned(),
+            (None, None) => String::new(),
+        };
+        match (self.ended, text.is_empty()) {
+            (true, true) => "ended".to_owned(),
+            (true, false) => format!("{text} · ended"),
+            (false, _) => text,
+        }
+    }
+
     /// The newest of what was identified.
     pub(crate) fn last(&self) -> Option<&StreamUpdate> {
         self.updates.back()

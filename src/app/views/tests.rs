@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use egui::{Theme, Vec2, pos2, vec2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
@@ -475,6 +475,55 @@ fn legends_switch_curves() {
         harness.run();
         assert_eq!(harness.state().state.hidden, hidden.into_iter().collect());
     }
+}
+
+/// The words in the line above the upper plot, with their places.
+fn head_words(harness: &Harness<'_, ViewStage>) -> Vec<(String, egui::Rect)> {
+    let id = Id::unique(("view", View::Response, "response"));
+    let frame = *egui_plot::PlotMemory::load(&harness.ctx, id).unwrap().transform().frame();
+    let nodes = harness.root().children_recursive();
+    let named = nodes.filter_map(|node| {
+        let inner = node.accesskit_node();
+        Some((inner.label().or(inner.value())?, node.rect()))
+    });
+    named.filter(|(_, rect)| rect.bottom() <= frame.top() + 1.0 && rect.bottom() > frame.top() - 22.0).collect()
+}
+
+#[test]
+fn what_is_said_above_a_plot_never_overlaps_and_stays_while_a_slider_moves() {
+    let mut stage = ViewStage::new(View::Response, &[OutcomeCase { usage: Usage::HeldOut, ..OutcomeCase::default() }]);
+    let mut outcome = (*stage.outcome).clone();
+    outcome.records[0].standing = (0..11).map(|k| 500 * k..500 * k + 365).collect::<Vec<_>>().into();
+    outcome.records[0].sticks = vec![0.0..1.0; 11];
+    stage.outcome = Arc::new(outcome);
+    let mut harness = stage.harness(SIZE, Theme::Light);
+    let at_right = |words: &[(String, egui::Rect)]| {
+        let mut said: Vec<String> = words.iter().map(|(word, _)| word.clone()).collect();
+        said.retain(|word| !["measured", "identified", "before"].contains(&word.as_str()));
+        said
+    };
+    let mut said = BTreeSet::new();
+    for width in (360..1200).step_by(20) {
+        harness.set_size(vec2(width as f32, 700.0));
+        harness.state_mut().previous = None;
+        harness.run();
+        let before = at_right(&head_words(&harness));
+        let state = harness.state_mut();
+        state.previous = Some(Arc::clone(&state.outcome));
+        harness.run();
+        let words = head_words(&harness);
+        assert!(words.iter().any(|(word, _)| word == "before"), "{width}: {words:?}");
+        for (k, (word, rect)) in words.iter().enumerate() {
+            assert!(rect.right() <= width as f32, "{word} leaves the window at {width}");
+            for (other, place) in words[..k].iter().filter(|(other, _)| other != word) {
+                assert!(!rect.shrink(0.5).intersects(place.shrink(0.5)), "{word} on {other} at {width}");
+            }
+        }
+        assert_eq!(at_right(&words), before, "at {width}");
+        said.extend(before);
+    }
+    let stops = ["11 stops measured", "11 stops measured (67 % of the time), 11 simulated"];
+    assert!(stops.iter().all(|text| said.contains(*text)), "{said:?}");
 }
 
 /// The range of time that a plot shows.

@@ -110,8 +110,7 @@ impl App {
             }
         }
         let derived = &self.program.derived;
-        let said =
-            if self.of_component() { Some(String::new()) } else { self.by_modes().then(|| derived.modal.said()) };
+        let said = self.said();
         let mut line = status::Status {
             said,
             fitting: derived.progress(&Key::Fit),
@@ -129,6 +128,20 @@ impl App {
             && let Some(ask) = lessons::show(ui, lesson, position)
         {
             self.program.send(Message::Lesson(ask));
+        }
+    }
+
+    /// What the line at the bottom says of what is in view; none: how long the study of the records took.
+    fn said(&self) -> Option<String> {
+        let derived = &self.program.derived;
+        if self.shows_series() {
+            Some(derived.series.said())
+        } else if self.shows_stream() {
+            Some(derived.stream.said())
+        } else if self.of_component() {
+            Some(String::new())
+        } else {
+            self.by_modes().then(|| derived.modal.said())
         }
     }
 

@@ -109,7 +109,7 @@ pub enum LayerRole {
     Leads,
     /// It widens the range only so far: one that runs away must not flatten the measurement.
     Follows,
-    /// As `Follows`, and it is neither read out at the pointer nor copied.
+    /// As `Follows`, and it is neither read out at the pointer nor copied. While it is empty the window keeps room for its key.
     Ghost,
 }
 
@@ -358,7 +358,9 @@ impl Layer {
         .filter(|v| v.is_finite())
     }
 
-    fn is_empty(&self) -> bool {
+    /// Whether it has no samples to draw.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
         matches!(&self.shape, Shape::Samples(s) if s.values.is_empty())
     }
 

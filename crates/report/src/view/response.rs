@@ -40,10 +40,8 @@ fn figure(subject: &Subject<'_>) -> FigureResult {
     let mut upper = scene.over_time("response", Axis::linear(name.as_str(), unit.as_str(), (0.0, 1.0)), true);
     upper.fit = Fit::Curves;
     upper.layers.push(Layer::new(Ink::Measured, "measured", scene.samples(scene.measured())));
-    if let Some(ghost) = ghost {
-        let shape = scene.samples(&ghost.response);
-        upper.layers.push(Layer::new(Ink::Ghost, "before", shape).playing(LayerRole::Ghost));
-    }
+    let before = ghost.map_or(&[][..], |g| &g.response);
+    upper.layers.push(Layer::new(Ink::Ghost, "before", scene.samples(before)).playing(LayerRole::Ghost));
     upper.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(response)).playing(LayerRole::Follows));
     upper.guides.extend(stops(&scene));
 
@@ -55,9 +53,8 @@ fn figure(subject: &Subject<'_>) -> FigureResult {
     let axis = Axis { logarithmic: subject.options.log_error, ..Axis::linear(symbol, unit.as_str(), (0.0, 1.0)) };
     let mut lower = scene.over_time("error", axis, false);
     lower.fit = Fit::Magnitudes(most);
-    if let Some(ghost) = ghost {
-        lower.layers.push(Layer::new(Ink::ErrorGhost, "before", scene.samples(&ghost.error)).playing(LayerRole::Ghost));
-    }
+    let before = ghost.map_or(&[][..], |g| &g.error);
+    lower.layers.push(Layer::new(Ink::ErrorGhost, "before", scene.samples(before)).playing(LayerRole::Ghost));
     lower.layers.push(Layer::new(Ink::Error, "error", scene.samples(error)));
     let running = running_rms(&scene, error);
     if !running.is_empty() {

@@ -55,7 +55,8 @@ fn panel(
     let mut panel = scene.over_time(id, y, id == "velocity");
     panel.fit = Fit::Curves;
     panel.layers.push(Layer::new(Ink::Measured, "measured, smoothed", scene.samples(measured)));
-    panel.layers.extend(before.map(|v| Layer::new(Ink::Ghost, "before", scene.samples(v)).playing(LayerRole::Ghost)));
+    let before = scene.samples(before.unwrap_or_default());
+    panel.layers.push(Layer::new(Ink::Ghost, "before", before).playing(LayerRole::Ghost));
     panel.layers.push(Layer::new(Ink::Identified, "identified", scene.samples(identified)).playing(LayerRole::Follows));
     panel.fitted()
 }

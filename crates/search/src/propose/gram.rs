@@ -37,6 +37,9 @@ impl Gram {
                 // Not in tiles, which each processor adds up otherwise: where a fit lands may hang on the last digit of its start.
                 let part = |k: usize| DVectorView::from_slice(&columns[k][rows.clone()], rows.len());
                 for j in 0..columns.len() {
+                    if cancel.is_cancelled() {
+                        break;
+                    }
                     for i in 0..=j {
                         let product = part(i).dot(&part(j));
                         (products[(i, j)], products[(j, i)]) = (product, product);

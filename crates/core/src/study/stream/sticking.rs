@@ -68,7 +68,7 @@ fn alarms(updates: &[StreamUpdate], block: f64) -> (Vec<f64>, f64) {
 fn the_study_of_streams_that_stick() {
     const DRAWS: u64 = 30;
     // Draws on which the rule was made are not those on which it is measured.
-    let first: u64 = std::env::var("SINDYSCOPE_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(500);
+    let first: u64 = std::env::var("SINDYSCOPE_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(2000);
     let (mut false_alarms, mut judged, mut told) = (0, 0.0, 0);
     let (mut changes, mut late): (u64, Vec<f64>) = (0, Vec::new());
     for rig in &RIGS {
@@ -111,8 +111,8 @@ fn the_study_of_streams_that_stick() {
         "{told} of {changes} changes told of those that must be, half of them within {:.1} s",
         late[late.len() / 2]
     );
-    // One in twenty streams of two minutes: what is seldom is not known from few dozen blocks.
-    assert!(20 * false_alarms <= RIGS.len() * DRAWS as usize, "{false_alarms} false alarms");
+    // Where 0.36 are allowed, three come by chance once in 170 studies.
+    assert!(false_alarms <= 2, "{false_alarms} false alarms");
     assert!(told as f64 >= 0.95 * changes as f64, "{told} of {changes}");
 }
 
