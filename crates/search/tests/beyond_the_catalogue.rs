@@ -94,6 +94,13 @@ fn magnet() -> OwnEffect {
 }
 
 #[test]
+fn a_curve_that_only_two_of_free_shape_follow_is_not_named() {
+    // Toda's oscillator: an exponential spring, which no entry is.
+    let diagnosis = diagnosed(&records(|x, _, _| x - (4.0 * x).exp_m1() / 4.0), Vec::new());
+    assert_ne!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.sentence);
+}
+
+#[test]
 fn a_force_without_a_name_is_described_by_the_shortest_formula() {
     let records = records(|_, v, u| 0.5 * v * u);
     let found = diagnosed(&records, Vec::new());

@@ -212,6 +212,13 @@ fn what_differs_by_no_more_than_the_input_between_samples_is_called_by_the_simpl
 }
 
 #[test]
+fn of_models_that_predict_alike_the_one_with_fewer_parameters_comes_first() {
+    // A pendulum that swings little: its cubic part is a sixth of its spring, which a cubic spring has to find by itself.
+    let found = run(&in_regime(Regime::Usual, 6)[5]).unwrap();
+    assert_eq!(found.steps, ["pendulum_restoring"], "or {:?}", found.others);
+}
+
+#[test]
 fn two_effects_that_only_stand_together_are_both_named() {
     // No spring: a constant force and dry friction hide each other.
     let found = run(&in_regime(Regime::NoSpring, 8)[7]).unwrap();
