@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use sindyscope_core::study::Cancel;
-//! use sindyscope_modes::identify;
+//! use sindyscope_modes::{Base, identify};
 //! use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 //!
 //! // A mast after a blow: two modes, at 1.5 and 4 Hz, seen by one accelerometer.

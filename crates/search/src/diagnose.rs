@@ -93,7 +93,7 @@ impl Search {
         let scores = stages.iter().map(|stage| score(stage).unwrap_or_default()).collect();
         Diagnosis {
             verdict,
-            explained: !remaining.significant,
+            explained: !remaining.significant && doubt.is_none(),
             sentence,
             noise_floor: self.data.noise,
             notices: self.notices().map(str::to_owned).chain(held).collect(),
