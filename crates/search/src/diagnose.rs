@@ -145,24 +145,26 @@ impl Search {
         if curves.iter().enumerate().any(|(k, form)| curves[..k].iter().any(|other| form.acts_like(other))) {
             return Some(Doubt::Curves);
         }
-        (!self.lasts(fitted, cancel)).then_some(Doubt::Horizon)
+        (!self.lasts(fitted, noise, cancel)).then_some(Doubt::Horizon)
     }
 
     /// False if a model that does not follow whole records ought to follow them further: along longer stretches a fit that begins
-    /// from its own leaves more than noise, though they are not so sensitive to how they begin that noise would part them.
-    pub(super) fn lasts(&self, fitted: &Fitted, cancel: &Cancel) -> bool {
+    /// from its own leaves more than `noise`, though they are not so sensitive to how they begin that noise would part them.
+    fn lasts(&self, fitted: &Fitted, noise: f64, cancel: &Cancel) -> bool {
+        if fitted.level == WHOLE {
+            return true;
+        }
         let cancelled = || cancel.is_cancelled();
         let constants = &self.data.constants;
         let (composition, period) = (&fitted.composition, fitted.period);
         let whole = self.data.whole();
-        let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
         let goal = Goal { period, ..self.data.goal(WHOLE, self.data.options(&cancelled, constants.steps, None)) };
         let mut reached = Landed {
             refined: Refined::clone(&fitted.refined),
             runs: fitted.runs.to_vec(),
             level: fitted.level,
             period,
-            whole: fitted.level == WHOLE,
+            whole: false,
         };
         while !reached.whole {
             let from = (reached.refined.point.shared.as_slice(), Some(reached.of(composition)));

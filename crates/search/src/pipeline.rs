@@ -157,7 +157,8 @@ impl Search {
     }
 
     /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone, and where the set leaves
-    /// more than noise, for a richer kind of it. The regression, which orders sets, may not have seen what they do together. False if nothing was new.
+    /// more than noise, for a richer kind of it. The regression, which orders sets, may not have seen what they do together. False
+    /// if nothing was new.
     fn exchange(&self, tried: &mut Tried, cancel: &Cancel) -> bool {
         let Some(base) = self.known(&[]) else { return false };
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
