@@ -17,6 +17,9 @@ use sindyscope_values::format::units::format_si;
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 use sindyscope_values::term::{Kind, Layout, Term};
 
+/// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
+const HELD_ABOUT: f64 = 3.0;
+
 /// A record made ready: thinned where its band allows, its inputs made continuous.
 #[derive(Clone, Debug)]
 pub(super) struct RecordSeries {
@@ -223,6 +226,12 @@ impl Data {
             return None;
         }
         (point.abs() > variance.sqrt() && point.is_finite()).then_some(point)
+    }
+
+    /// True if a spring at a point, counted from where displacements are, may hold the motion.
+    pub(super) fn is_held_about(&self, point: f64) -> bool {
+        let motion = self.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
+        point.abs() < HELD_ABOUT * motion
     }
 
     /// Counts displacements from a point.

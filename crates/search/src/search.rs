@@ -22,7 +22,6 @@ use super::structure::{Composition, choice};
 use super::words::titles;
 use sindyscope_core::parallel::lock;
 use sindyscope_core::refine::{Structure as _, inflation};
-use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
@@ -113,8 +112,6 @@ pub(super) enum Depth {
     Refitted,
 }
 
-/// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
-pub(super) const HELD_ABOUT: f64 = 3.0;
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data: next to none, and as much.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
 
@@ -178,8 +175,7 @@ impl Search {
         let counted = Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base, known: Mutex::default() };
         let fitted = counted.fitted(&[], &Cancel::default()).ok()?;
         let point = fitted.parameters.inner.equilibrium.unwrap_or(0.0);
-        let motion = counted.data.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
-        (point.abs() < HELD_ABOUT * motion).then_some(counted)
+        counted.data.is_held_about(point).then_some(counted)
     }
 
     /// What was done to the data and what they cannot show, one sentence each.

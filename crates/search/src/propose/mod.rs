@@ -18,7 +18,6 @@ use super::constants::{Constants, LARGEST_SET};
 use super::data::{Data, RecordSeries};
 use super::effects::{Direction, ForceAxis, Form};
 use super::parameters::{InnerValues, Parameters};
-use super::search::HELD_ABOUT;
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
@@ -26,7 +25,7 @@ pub(super) use path::{MeasuredPath, usual_speed};
 use rows::Rows;
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
-use sindyscope_core::signal::{dot, mean_and_variance};
+use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
@@ -714,9 +713,8 @@ impl<'a> SetRegression<'a> {
         let spring = self.present.plain_terms(self.inner).iter().position(|t| t.term.as_str() == "x")?;
         let pull = value.get(&(first + spring))?;
         let force = (1..first).map(|c| value.get(&c)).sum::<Option<f64>>()? / self.constants as f64;
-        let motion = self.data.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
         let point = counted - force / pull;
-        (point.abs() < HELD_ABOUT * motion).then_some(point)
+        self.data.is_held_about(point).then_some(point)
     }
 
     /// A set as a model with values to start from.
