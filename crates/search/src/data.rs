@@ -1,4 +1,4 @@
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
 use super::GapError;
@@ -19,6 +19,9 @@ use sindyscope_values::term::{Kind, Layout, Term};
 
 /// What holding a motion about a point is: the point lies no further from the motion's middle, in its standard deviations.
 const HELD_ABOUT: f64 = 3.0;
+
+/// Share of the square of the motion's frequency below which a spring has no part in it.
+const SLOW: f64 = 0.02;
 
 /// A record made ready: thinned where its band allows, its inputs made continuous.
 #[derive(Clone, Debug)]
@@ -232,6 +235,11 @@ impl Data {
     pub(super) fn is_held_about(&self, point: f64) -> bool {
         let motion = self.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
         point.abs() < HELD_ABOUT * motion
+    }
+
+    /// True if a linear spring's coefficient has next to no part in the frequency of the motion.
+    pub(super) fn is_slow(&self, coefficient: f64) -> bool {
+        coefficient.abs() < SLOW * (TAU * self.frequency).powi(2)
     }
 
     /// Counts displacements from a point.

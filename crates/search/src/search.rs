@@ -21,7 +21,7 @@ use super::site::Placed;
 use super::structure::{Composition, choice};
 use super::words::titles;
 use sindyscope_core::parallel::lock;
-use sindyscope_core::refine::{Structure as _, inflation};
+use sindyscope_core::refine::{Output, Structure as _, inflation};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
@@ -112,6 +112,8 @@ pub(super) enum Depth {
     Refitted,
 }
 
+const NOTHING_HOLDS: &str = "Nothing holds this motion: a spring would push, and predicts the data that are not fitted no better than a constant force. The base model goes without a spring.";
+
 /// Weights of the oscillator that a base model's start leans towards, beside those of the data: next to none, and as much.
 const PRIORS: [f64; 2] = [1e-3, 1.0];
 
@@ -160,7 +162,41 @@ impl Search {
         base.noise = data.noise;
         base.reciprocity = data.constants.reciprocity;
         let plain = Self { data, audit, ask: ask.clone(), base, known: Mutex::default() };
-        Ok(plain.about_its_equilibrium().unwrap_or(plain))
+        let counted = plain.about_its_equilibrium().unwrap_or(plain);
+        Ok(counted.without_its_spring().unwrap_or(counted))
+    }
+
+    /// The same search without the base model's spring, where that has no part in the motion's frequency and would push: a spring
+    /// may push where data never fitted say so. None if they do, beside a constant force in its place; what nothing holds drifts
+    /// under any constant force as if pushed away.
+    fn without_its_spring(&self) -> Option<Self> {
+        let never = Cancel::default();
+        let (data, base) = (&self.data, &self.base);
+        let spring = base.base.iter().position(|t| t.term.as_str() == "x")?;
+        if base.datum || data.outputs != [Output::Displacement(0)] {
+            return None;
+        }
+        let regressed = data.propose_exactly(base, &base.middle(), &[], &never)?;
+        if !data.is_slow(base.named(&regressed.shared).coefficients[spring]) {
+            return None;
+        }
+        let pushed = Fitted::clone(&*self.fitted(&[], &never).ok()?);
+        if pushed.parameters.coefficients[spring] <= 0.0 {
+            return None;
+        }
+        let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
+        let mut free = base.clone();
+        free.base.retain(|t| t.term.as_str() != "x" && *t != constant);
+        let steady = Composition { base: free.base.iter().cloned().chain([constant]).collect(), ..free.clone() };
+        let start = data.propose_exactly(&steady, &steady.middle(), &[], &never)?;
+        let drifting = self.fitted_set(start, Vec::new(), None, &never)?;
+        let pushed = self.hypothesis(Vec::new(), pushed, &never);
+        if data.constants.beats(&pushed, &drifting, data.constants.lead) {
+            return None;
+        }
+        let mut data = data.clone();
+        data.notices.push(NOTHING_HOLDS.to_owned());
+        Some(Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base: free, known: Mutex::default() })
     }
 
     /// The same search with displacements counted from the point that a spring holds the motion about; none where that is the
