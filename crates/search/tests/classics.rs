@@ -4,7 +4,7 @@
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
-use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::record::{Record, RecordSet, Role, Usage};
 use sindyscope_values::term::list;
 
 /// A scenario of the rig, the size of its input or release, the linear base and the effects that this lacks.
@@ -58,6 +58,27 @@ fn named(classic: &Classic, seed: u64) {
 #[test]
 fn what_a_linear_base_lacks_of_a_classic_is_named() {
     QUICK.iter().for_each(|classic| named(classic, 1));
+}
+
+#[test]
+fn an_angle_that_turns_over_may_be_counted_from_anywhere() {
+    // Which way the pendulum hangs does not follow from where its motion is on average.
+    let counted = |seed, amplitude, usage: Usage, records: &mut RecordSet| {
+        let noise = Some(Noise::ShareOfPeak(0.005));
+        let options = ScenarioOptions { seed, amplitude: Some(amplitude), noise, ..ScenarioOptions::default() };
+        let mut made = generate("pendulum", &options).unwrap().records;
+        for channel in made.iter_mut().flat_map(|r| &mut r.channels).filter(|c| c.role == Role::Displacement(0)) {
+            channel.values = channel.values.iter().map(|x| x + 40.0).collect();
+        }
+        records.add(made, usage);
+    };
+    let mut records = RecordSet::default();
+    counted(1, 1.15, Usage::Fit, &mut records);
+    counted(101, 0.98, Usage::HeldOut, &mut records);
+    let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+    let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+    let names: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
+    assert_eq!((names, diagnosis.verdict), (vec!["pendulum_restoring"], Verdict::Named));
 }
 
 /// Another draw of every one, in release mode.

@@ -28,7 +28,7 @@ pub use own::{OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnT
 use super::site::{Placed, Site};
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::model::Equation;
-use sindyscope_values::term::{Expression, Symbol, Term};
+use sindyscope_values::term::{Expression, Function, Symbol, Term};
 
 /// What the catalogue needs to know of the data and of the base model.
 #[derive(Clone, Debug)]
@@ -366,6 +366,12 @@ impl Form {
     /// True if it is a force over the velocity that a steady one is a special case of: it moves the point that the motion is about.
     pub(crate) fn has_a_mean(&self) -> bool {
         self.axis == ForceAxis::Velocity && self.contains.contains(&"constant_force")
+    }
+
+    /// True if its force repeats with every turn of the displacement.
+    pub(crate) fn is_periodic(&self) -> bool {
+        let sine = |t: &Placed| matches!(t.term.expression(), Expression::Call(Function::Sin, _));
+        self.inner.is_empty() && matches!(self.sample().terms.as_slice(), [term] if sine(term))
     }
 
     /// True if it is one of the effects that are met most often: they are asked for wherever nothing explains the data.

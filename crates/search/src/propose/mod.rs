@@ -10,6 +10,7 @@
 mod gram;
 mod path;
 mod rows;
+mod turning;
 
 use std::collections::HashMap;
 
@@ -87,6 +88,8 @@ struct SetRegression<'a> {
     /// Length of each column in the pool before it was scaled to one.
     scales: Vec<f64>,
     pool: Vec<Vec<f64>>,
+    /// The zero of a force that repeats with every turn, where displacements are counted from a point.
+    turning: Option<f64>,
 }
 
 /// Best scores found: for each set of forms, sorted, the score and the grid points.
@@ -229,10 +232,12 @@ impl<'a> SetRegression<'a> {
             dampers: Vec::new(),
             scales: Vec::new(),
             pool: Vec::new(),
+            turning: None,
         };
         new.whiten();
         new.base = new.base_columns();
         let first = 1 + new.constants;
+        new.turning = new.turning_point();
         new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
         new.reset();
         new
@@ -360,6 +365,9 @@ impl<'a> SetRegression<'a> {
 
     /// The columns of a form at inner values, and which of the present model's they replace.
     fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
+        if let Some(point) = self.turning.filter(|_| form.is_periodic()) {
+            return self.of_turning(form, point);
+        }
         let addition = form.addition(inner);
         let first = 1 + self.constants;
         let composed = self.present.compose(self.inner);
@@ -727,8 +735,12 @@ impl<'a> SetRegression<'a> {
             inner = next.inner_after(&composition, &inner, &points[*p].inner);
             composition = next;
         }
-        inner.equilibrium =
-            inner.equilibrium.map(|e| if composition.holds_the_zero() { composition.origin } else { e });
+        let turning = self.turning.filter(|_| set.iter().any(|p| self.forms[points[*p].form].is_periodic()));
+        inner.equilibrium = inner.equilibrium.map(|e| match turning {
+            _ if composition.holds_the_zero() => composition.origin,
+            Some(point) => point,
+            None => e,
+        });
         let first = 1 + self.constants;
         let terms = self.present.compose(self.inner).terms.len();
         // A changed term keeps its place.
