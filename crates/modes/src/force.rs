@@ -81,7 +81,7 @@ impl Effect {
         }
     }
 
-    /// Steps of the integration between two samples: a force of the velocity is sharper.
+    /// Steps of the integration between two samples at first: a force of the velocity is sharper.
     pub(crate) fn parts(self) -> usize {
         if self.is_of_velocity() { PARTS } else { 2 }
     }

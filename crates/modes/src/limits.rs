@@ -160,6 +160,9 @@ pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 /// Holds after which a start that has come to the error of the one before, within this share, is given up.
 pub(crate) const SAME_HOLDS: usize = 3;
 pub(crate) const SAME_WAY: f64 = 2e-3;
+/// Times the error over stretches that are hardly held together from which a start is given up once all stretches are held: where the force
+/// is right, these errors differ by less than a half, where it is wrong and they grow, by six to a hundred.
+pub(crate) const OF_SHORT: f64 = 4.0;
 /// Error over stretches that are hardly held together, in noises, up to which no mode is missing, and how many more are tried.
 pub(crate) const MODES_MISSING: f64 = 1.3;
 pub(crate) const MORE_MODES: usize = 3;
@@ -175,6 +178,9 @@ pub(crate) const FIRST_SHARE: f64 = 1.0 / 3.0;
 /// Steps of the fit of single initial states, and of whole records.
 pub(crate) const STATE_STEPS: usize = 6;
 pub(crate) const WHOLE_STEPS: usize = 10;
+/// How often the steps of the integration may be halved, and the change of the response, in noises, from which half a step matters.
+pub(crate) const MOST_HALVINGS: u32 = 2;
+pub(crate) const STEP_MATTERS: f64 = 0.3;
 /// Share of a record from which its initial state is fitted first.
 pub(crate) const BEGINNING: f64 = 0.15;
 /// Error over whole records, as a multiple of that over stretches: below the first they are tried, below the second kept.

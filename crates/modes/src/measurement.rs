@@ -1,10 +1,13 @@
 //! What was measured of a structure, as plain series in units of their own size.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 use sindyscope_core::study::Cancel;
-use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
+use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage, units};
 
 use super::error::ModesError;
+use super::pole;
 
 /// Fewest samples of a record.
 pub(crate) const LEAST_SAMPLES: usize = 100;
@@ -62,6 +65,19 @@ pub struct Input {
     pub unit: String,
     /// The RMS over the fitted records, which its series are divided by.
     pub scale: f64,
+    /// The measured input whose rate of change it is.
+    #[serde(default)]
+    pub rate_of: Option<Role>,
+}
+
+impl Input {
+    /// Its values along a record; none where the record has no such channel.
+    pub fn along<'a>(&self, record: &'a Record) -> Option<Cow<'a, [f64]>> {
+        match self.rate_of {
+            Some(role) => Some(Cow::Owned(pole::rate(&record.channel(role)?.values, record.interval))),
+            None => record.channels.iter().find(|c| c.name == self.name).map(|c| Cow::Borrowed(&c.values[..])),
+        }
+    }
 }
 
 /// One record's series, divided by the scales.
@@ -155,17 +171,24 @@ impl Measurement {
         for role in &inputs {
             let (name, unit, scale) = described(*role)?;
             if scale.is_finite() && scale > 0.0 {
-                driving.push((*role, Input { name, unit, scale }));
+                driving.push((*role, Input { name, unit, scale, rate_of: None }));
             }
         }
+        let rates: Vec<(Role, Input)> = driving.iter().filter_map(|input| rate(records, input)).collect();
+        driving.extend(rates);
         let series = |record: &Record| -> Result<SensorSeries, ModesError> {
             let divided = |role: Role, scale: f64| -> Result<Vec<f64>, ModesError> {
                 Ok(measured(record, role)?.values.iter().map(|v| v / scale).collect())
             };
+            let along = |(role, input): &(Role, Input)| -> Result<Vec<f64>, ModesError> {
+                let values = &measured(record, *role)?.values;
+                let rate = input.rate_of.map(|_| pole::rate(values, record.interval));
+                Ok(rate.as_deref().unwrap_or(values).iter().map(|v| v / input.scale).collect())
+            };
             Ok(SensorSeries {
                 name: record.name.clone(),
                 interval: record.interval,
-                inputs: driving.iter().map(|(role, i)| divided(*role, i.scale)).collect::<Result<_, _>>()?,
+                inputs: driving.iter().map(along).collect::<Result<_, _>>()?,
                 outputs: sensors.iter().map(|s| divided(s.role, s.scale)).collect::<Result<_, _>>()?,
             })
         };
@@ -177,6 +200,17 @@ impl Measurement {
     pub(crate) fn sensor_at(&self, place: usize) -> Option<usize> {
         sensor_at(&self.sensors, place)
     }
+}
+
+/// The rate of an input that is a motion: where the ground moves, it drives a structure through springs by its displacement and
+/// through dampers by its velocity.
+fn rate(records: &RecordSet, (role, input): &(Role, Input)) -> Option<(Role, Input)> {
+    units::parse(&input.unit).filter(|unit| unit.is_length() || unit.is_angle())?;
+    let name = format!("d({})/dt", input.name);
+    let rate = Input { name, unit: format!("{}/s", input.unit), scale: 1.0, rate_of: Some(*role) };
+    let all: Vec<f64> = records.with(Usage::Fit).filter_map(|r| rate.along(r)).flat_map(Cow::into_owned).collect();
+    let scale = (all.iter().map(|v| v * v).sum::<f64>() / all.len().max(1) as f64).sqrt();
+    (scale.is_finite() && scale > 0.0).then_some((*role, Input { scale, ..rate }))
 }
 
 /// The sensor that shows a place best: its displacement before its velocity before its acceleration.

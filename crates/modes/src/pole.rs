@@ -105,6 +105,23 @@ pub(crate) fn padded(series: &[f64]) -> Vec<f64> {
     (-(BEFORE as isize)..(n + POINTS - BEFORE) as isize).map(at).collect()
 }
 
+/// The rate of change of a series, by the polynomial of sixth degree through seven samples: at nine samples a period it is followed to
+/// a thousandth.
+pub(crate) fn rate(series: &[f64], interval: f64) -> Vec<f64> {
+    let n = series.len();
+    let padded = padded(series);
+    let at = |k: usize, by: isize| -> f64 {
+        let place = k as isize + by + BEFORE as isize;
+        usize::try_from(place).ok().and_then(|p| padded.get(p)).copied().unwrap_or(0.0)
+    };
+    let slope = |k: usize| {
+        let reach: &[f64] = if (3..n.saturating_sub(3)).contains(&k) { &[0.75, -0.15, 1.0 / 60.0] } else { &[0.5] };
+        let each = reach.iter().enumerate();
+        each.map(|(by, w)| w * (at(k, by as isize + 1) - at(k, -(by as isize) - 1))).sum::<f64>() / interval
+    };
+    (0..n).map(slope).collect()
+}
+
 /// What drives the state between sample `n` and the next, from a padded series.
 pub(crate) fn driven(weights: &[Complex<f64>; POINTS], padded: &[f64], n: usize) -> Complex<f64> {
     let mut sum = Complex::new(0.0, 0.0);

@@ -10,9 +10,9 @@ use super::force::{Effect, Site};
 use super::identify::{Split, further, main_period, pool, residuals};
 use super::judge::{Residuals, rms};
 use super::limits::{
-    APART, BAND_END, CORNERS, DRIVEN, FORCE_POLE_RATES, GAP_STEPS, GAPS, LEAST_YIELD, MOST_PAIRS, MOST_SMOOTHING,
-    MOST_YIELD, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, ROUGH, SAME_POLE, SCREEN_ROWS, SCREEN_STEPS, SMOOTHING,
-    YIELD_RATIO, YIELDS,
+    APART, BAND_END, CORNERS, DRIVEN, FORCE_POLE_RATES, GAP_STEPS, GAPS, LAST_GAIN, LEAST_YIELD, MOST_PAIRS,
+    MOST_SMOOTHING, MOST_YIELD, PATIENCE, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, ROUGH, SAME_POLE, SCREEN_ROWS,
+    SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, Quantity, Sensor, SensorSeries};
@@ -68,9 +68,16 @@ pub(crate) struct ForceCandidate {
     pub(crate) bounds: (f64, f64),
     /// RMS that is left on the records never fitted.
     pub(crate) error: f64,
+    /// How often the steps of the integration in closed loop are halved.
+    pub(crate) halvings: u32,
 }
 
 impl ForceCandidate {
+    /// Steps of the integration between two samples in closed loop.
+    pub(crate) fn parts(&self) -> usize {
+        self.effect.parts() << self.halvings
+    }
+
     /// Goes on along the force that a model makes itself, `[record][instant]` of the fitted and the unseen records in the model's unit;
     /// false where it makes none.
     pub(crate) fn goes_along(&mut self, model: &ClosedModel, fitted: Vec<Vec<f64>>, unseen: Vec<Vec<f64>>) -> bool {
@@ -284,8 +291,9 @@ impl Screen<'_> {
                 _ => (0.0, f64::INFINITY),
             },
             error: f64::INFINITY,
+            halvings: 0,
         };
-        let path = self.open_path(&candidate, self.poles, self.modes, Along::Screened, cancel)?;
+        let path = self.open_path(&candidate, self.poles, (self.modes, self.modes), Along::Screened, cancel)?;
         let (fit, error) = path.into_iter().last()?;
         candidate.poles = fit.poles;
         candidate.error = error;
@@ -297,12 +305,13 @@ impl Screen<'_> {
         Some(candidate)
     }
 
-    /// Poles with a force as a further input, one more at a time, each with the error on the records never fitted.
+    /// Poles with a force as a further input, one more at a time, each with the error on the records never fitted: so `most`, and up to
+    /// `limit` as long as each further one is missed. Along a rough force the path ends where a few have been tried in vain.
     pub(crate) fn open_path(
         &self,
         candidate: &ForceCandidate,
         known: &[Pole],
-        most: usize,
+        (most, limit): (usize, usize),
         along: Along,
         cancel: &Cancel,
     ) -> Option<Vec<(ModalFit, f64)>> {
@@ -330,7 +339,8 @@ impl Screen<'_> {
         let (mut poles, mut refused): (Vec<Pole>, Vec<Pole>) = (Vec::new(), Vec::new());
         let mut taken: Vec<usize> = Vec::new();
         let mut all = Vec::new();
-        while poles.len() < most && refused.len() < most {
+        let (mut least, mut idle) = (f64::INFINITY, 0);
+        while poles.len() < limit && refused.len() < most {
             if cancel.is_cancelled() {
                 return None;
             }
@@ -355,6 +365,11 @@ impl Screen<'_> {
                 break;
             }
             all.push((fit, error));
+            idle = if error < LAST_GAIN * least { 0 } else { idle + 1 };
+            least = least.min(error);
+            if (poles.len() >= most && idle > 0) || (rough && limit > most && idle > PATIENCE) {
+                break;
+            }
         }
         (!all.is_empty()).then_some(all)
     }
@@ -366,7 +381,7 @@ impl Screen<'_> {
         &self,
         candidate: &ForceCandidate,
         known: &[Pole],
-        most: usize,
+        most: (usize, usize),
         cancel: &Cancel,
     ) -> Option<Vec<(ModalFit, f64)>> {
         let plain = self.open_path(candidate, known, most, Along::Rough, cancel)?;

@@ -243,7 +243,7 @@ impl Case {
             }),
         };
         let participation = |m: &TrueMode| if self.driven { vec![m.coordinate([1.0, 0.0])] } else { Vec::new() };
-        let input = Input { name: "push".into(), unit: "N".into(), scale: 1.0 };
+        let input = Input { name: "push".into(), unit: "N".into(), scale: 1.0, rate_of: None };
         let structure = Structure {
             sensors: vec![
                 sensor("x1", Role::Displacement(0), Quantity::Displacement, "m"),

@@ -38,6 +38,9 @@ pub(crate) struct ClosedModel {
     pub(crate) unit: f64,
     /// What is inside the force: see [`Effect`].
     pub(crate) inner: [f64; 2],
+    /// How often the steps of the integration were halved.
+    #[serde(default)]
+    pub(crate) halvings: u32,
     pub(crate) poles: Vec<Pole>,
     /// `drive[mode][input]`
     pub(crate) drive: Vec<Vec<f64>>,
@@ -116,7 +119,7 @@ impl ClosedModel {
 
     /// Steps of the integration between two samples.
     pub(crate) fn parts(&self) -> usize {
-        self.effect.parts()
+        self.effect.parts() << self.halvings
     }
 
     fn inputs(&self) -> usize {

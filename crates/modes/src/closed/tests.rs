@@ -24,6 +24,7 @@ fn model(effect: Effect) -> ClosedModel {
             Effect::BoucWenHysteresis => [0.4, 0.8],
             _ => [0.05, 0.0],
         },
+        halvings: 0,
         poles: vec![Pole { omega: 3.0, damping: 0.02 }, Pole { omega: 7.0, damping: 0.01 }],
         drive: vec![vec![1.0], vec![-0.7]],
         shape: vec![vec![0.8, 0.5], vec![-0.4, 0.9]],

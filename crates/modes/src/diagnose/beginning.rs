@@ -102,6 +102,7 @@ impl ForceSearch<'_> {
             sign,
             unit: candidate.unit,
             inner,
+            halvings: candidate.halvings,
             poles: fit.poles.clone(),
             drive,
             shape,
@@ -255,7 +256,7 @@ impl ForceSearch<'_> {
         let light = of_light_modes(&task, &fit.poles)?;
         let fit = light.as_ref().unwrap_or(fit);
         let (start, states) = self.start(&task, fit, candidate, &across, (kind, false))?;
-        self.begun(start, &states, &self.offsets(&task, fit), candidate.effect.parts(), cancel)
+        self.begun(start, &states, &self.offsets(&task, fit), candidate.parts(), cancel)
     }
 
     pub(super) fn offsets(&self, task: &LinearTask<'_>, fit: &ModalFit) -> Vec<Vec<f64>> {

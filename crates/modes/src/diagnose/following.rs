@@ -3,8 +3,8 @@
 use super::super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::super::judge::rms;
 use super::super::limits::{
-    BEGINNING, EXPLAINS, FOLLOWED, HELD_GAIN, HELD_STEPS, HOLDS, KEPT, LEAST_STRETCH, SAME_HOLDS, SAME_WAY,
-    STATE_STEPS, STRETCH, WHOLE_STEPS,
+    BEGINNING, EXPLAINS, FOLLOWED, HELD_GAIN, HELD_STEPS, HOLDS, KEPT, LEAST_STRETCH, NEAR_NOISES, OF_SHORT,
+    SAME_HOLDS, SAME_WAY, STATE_STEPS, STRETCH, WHOLE_STEPS,
 };
 use super::super::measurement::SensorSeries;
 use super::super::motion::PARTS;
@@ -66,6 +66,10 @@ impl ForceSearch<'_> {
                 return None;
             }
             errors.push(error);
+            // A force that is wrong stands for the right one over short stretches alone.
+            if errors.len() > SAME_HOLDS && error > (OF_SHORT * errors[0]).max(NEAR_NOISES * self.noise) {
+                return None;
+            }
             // From here on another start goes the same way.
             let as_before = known.get(errors.len() - 1).is_some_and(|k| error > (1.0 - SAME_WAY) * k);
             if as_before && errors.len() >= SAME_HOLDS {

@@ -1,11 +1,12 @@
 //! One candidate from its first start to its end.
 
-use super::super::closed::Free;
+use super::super::closed::{ClosedModel, Free};
 use super::super::identify::main_period;
-use super::super::judge::{Residuals, beats};
+use super::super::judge::{Residuals, beats, rms};
 use super::super::limits::{
-    BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, LAST_GAIN, LEFT_OUT, LEFT_OUT_STEPS, MODE_GAIN, NEAR_NOISES,
-    POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES, WHOLE_STEPS, WRONG_COUPLING,
+    BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, LAST_GAIN, LEFT_OUT, LEFT_OUT_STEPS, MODE_GAIN,
+    MOST_HALVINGS, MOST_MODES, NEAR_NOISES, POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
+    STEP_MATTERS, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::super::linear::{LinearTask, ModalFit};
 use super::super::motion::PARTS;
@@ -59,8 +60,7 @@ impl ForceSearch<'_> {
     ) -> Option<FittedStructure> {
         // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
         let (rival, near) = (standing.explained, !standing.poles.is_empty());
-        let most = self.fixed.unwrap_or(SCREENED_MODES.1);
-        let parts = candidate.effect.parts();
+        let most = self.fixed.map_or((SCREENED_MODES.1, MOST_MODES), |n| (n, n));
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
         let bound = (BEHIND_NOISES * standing.noise).max(BEHIND * standing.error.min(self.linear_error()));
@@ -102,7 +102,9 @@ impl ForceSearch<'_> {
             let Some((found, kind)) = best_start else { break };
             // Where the starts part, they do so at first.
             starts = vec![kind];
-            let Some(unseen) = self.unseen(&found.model, parts, cancel) else { break };
+            let Some(unseen) = self.unseen(&found.model, candidate.parts(), cancel) else { break };
+            let (found, unseen) = self.in_finer_steps(found, unseen, cancel);
+            candidate.halvings = found.model.halvings;
             let noise = self.noise_in(&unseen.residuals);
             let before = got.as_ref().map(|g| g.1.error);
             done = unseen.error < ENOUGH * noise;
@@ -132,12 +134,41 @@ impl ForceSearch<'_> {
         if found.model.inner[0] < candidate.bounds.0 {
             return None;
         }
+        let parts = found.model.parts();
         let (found, unseen) = if rival { (found, unseen) } else { self.without_needless(found, unseen, parts, cancel) };
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
         let densities = residuals.densities(&self.split.intervals(), period);
         let FollowedForce { model, course, .. } = found;
         Some(FittedStructure { candidate, model, course, residuals, densities, error: unseen.error })
+    }
+
+    /// The same with steps of the integration halved as long as that matters, where a force is near the data and leaves more than noise: the
+    /// path over a step is taken as straight, which few samples a period of the fastest mode make too rough.
+    fn in_finer_steps(&self, mut found: FollowedForce, mut unseen: Unseen, cancel: &Cancel) -> (FollowedForce, Unseen) {
+        let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
+        while found.model.halvings < MOST_HALVINGS {
+            let noise = self.noise_in(&unseen.residuals);
+            if !(EXPLAINS * noise..NEAR_NOISES * noise).contains(&unseen.error) {
+                break;
+            }
+            let model = ClosedModel { halvings: found.model.halvings + 1, ..found.model.clone() };
+            let of = found.course.along(sensors, series, model.parts());
+            let changed = model.simulate(of).map(|run| changed(&found.course.residuals(of, &run), &found.residuals));
+            if changed.is_none_or(|change| change < STEP_MATTERS * noise) {
+                break;
+            }
+            let free = if model.initial.is_empty() { Free::Shared } else { Free::All };
+            let Some((model, left)) = model.fitted(of, free, WHOLE_STEPS, 1e-3, cancel) else { break };
+            let Some(finer) = self.unseen(&model, model.parts(), cancel).filter(|u| u.error < LAST_GAIN * unseen.error)
+            else {
+                break;
+            };
+            let residuals = found.course.residuals(of, &left);
+            let error = (left.squares / left.samples as f64).sqrt();
+            (found, unseen) = (FollowedForce { model, residuals, error, ..found }, finer);
+        }
+        (found, unseen)
     }
 
     /// The number of modes (less one) that a closed loop starts with: until the force is right, further modes stand for what it lacks.
@@ -168,7 +199,7 @@ impl ForceSearch<'_> {
         let OpenFit { task, fit, candidate, again } = *open;
         let across = Screen::across(self.measurement, candidate.site)?;
         let offsets = self.offsets(task, fit);
-        let parts = candidate.effect.parts();
+        let parts = candidate.parts();
         let mut best: Option<(FollowedForce, StartKind)> = None;
         let mut errors = Vec::new();
         let begin = |which: StartKind, turned: bool| {
@@ -279,6 +310,13 @@ impl ForceSearch<'_> {
         }
         best
     }
+}
+
+/// RMS of the difference of two models' residuals.
+fn changed(finer: &[Vec<Vec<f64>>], coarser: &[Vec<Vec<f64>>]) -> f64 {
+    let each = finer.iter().flatten().zip(coarser.iter().flatten());
+    let differences: Vec<Vec<f64>> = each.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
+    rms(differences.iter())
 }
 
 /// An open-loop fit without the poles that are damped as no mode of a structure is: along a rough force they stand for its error, and in

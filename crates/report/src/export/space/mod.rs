@@ -193,8 +193,7 @@ impl<'a> StateSpace<'a> {
     /// Time and inputs of a record, as CSV that the exported programs read.
     pub fn drive(&self, record: &Record) -> String {
         let inputs = &self.structure.inputs;
-        let measured = |name: &str| record.channels.iter().find(|c| c.name == name).map(|c| &c.values[..]);
-        let columns: Vec<&[f64]> = inputs.iter().filter_map(|u| measured(&u.name)).collect();
+        let columns: Vec<_> = inputs.iter().filter_map(|u| u.along(record)).collect();
         let names = (0..columns.len()).map(|j| if inputs.len() > 1 { format!("u{}", j + 1) } else { "u".to_owned() });
         let mut out = std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
         out.push('\n');
