@@ -38,6 +38,10 @@ use sindyscope_values::term::{Kind, Term};
 
 struct Window(Harness<'static, App>);
 
+/// Between two frames while the background works.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(3);
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
+
 impl Window {
     fn open(state: State) -> Self {
         let dark = state.theme == egui::ThemePreference::Dark;
@@ -75,13 +79,15 @@ impl Window {
 
     /// Lets the background work end and everything be drawn.
     fn settle(&mut self) {
-        let patience = Instant::now() + Duration::from_secs(120);
+        let begun = Instant::now();
         // What a click asks for begins in the frame after it.
         self.0.run_steps(3);
         loop {
             while self.app().busy() {
-                assert!(Instant::now() < patience, "the background work does not end");
-                std::thread::sleep(Duration::from_millis(3));
+                let waited = begun.elapsed();
+                assert!(waited < Duration::from_secs(120), "the background work does not end");
+                // Long work is looked at rarely: each frame takes from the core that it needs.
+                std::thread::sleep((waited / 8).clamp(SHORTEST_PAUSE, LONGEST_PAUSE));
                 self.0.step();
             }
             // Long enough for an undo step to be noted, for the ghost and the flashes to go. What was brought last may

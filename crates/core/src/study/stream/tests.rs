@@ -183,34 +183,6 @@ fn an_alarm_ends_when_the_model_from_before_explains_what_arrives_again() {
 }
 
 #[test]
-fn streams_without_a_change_raise_no_more_false_alarms_than_allowed() {
-    const DRAWS: u64 = 100;
-    // Rates so high that a count tells something.
-    let rates = [60.0, 6.0];
-    let (mut alarms, mut judged) = ([0; 2], 0.0);
-    for seed in 0..DRAWS {
-        let record = oscillator(80.0, 1e-3, 1000 + seed, None);
-        for (rate, alarms) in rates.iter().zip(&mut alarms) {
-            let settings = StreamSettings { false_alarms: *rate, ..settings("x, v, u", 20.0) };
-            let mut stream = Stream::new(record.slice(0..2000), settings).unwrap();
-            let updates = pushed(&mut stream, &record, 0..record.len());
-            *alarms += updates.iter().filter(|u| u.change == Some(AlarmChange::Raised)).count();
-            if *rate == rates[0] {
-                judged += stream.blocking().seconds() * updates.iter().filter(|u| u.judged.is_some()).count() as f64;
-            }
-        }
-    }
-    for (rate, alarms) in rates.iter().zip(alarms) {
-        let allowed = rate * judged / 3600.0;
-        println!("{rate} an hour: {alarms} alarms in {:.2} h, {allowed:.1} allowed", judged / 3600.0);
-        // Two standard deviations of a count.
-        assert!((alarms as f64) < allowed + 2.0 * allowed.sqrt(), "{alarms} of {allowed}");
-    }
-    // One that raises none at any rate is no use.
-    assert!(alarms[0] > 10, "{alarms:?}");
-}
-
-#[test]
 fn what_a_stream_cannot_be_studied_with_is_refused_in_a_sentence() {
     let record = oscillator(20.0, 1e-4, 1, None);
     let refused = |change: &dyn Fn(&mut StreamSettings)| {
