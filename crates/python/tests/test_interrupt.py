@@ -10,6 +10,14 @@ import sindyscope
 from sindyscope import _native
 
 
+@pytest.fixture(autouse=True)
+def _interrupts_are_heard():
+    """A shell hands its background jobs a Ctrl+C that is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupted(samples, work):
     """Seconds from Ctrl+C until it is heard, and until the work is at rest."""
     pressed = []
