@@ -210,7 +210,7 @@ impl Data {
         }
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
-        let spring = free.base.iter().position(|t| t.term.as_str() == "x")?;
+        let spring = free.spring()?;
         let found = self.propose_exactly(&free, &free.middle(), &[], &Cancel::default())?;
         let coefficients = free.named(&found.shared).coefficients;
         let point = -coefficients.last()? / coefficients[spring];

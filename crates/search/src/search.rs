@@ -172,7 +172,7 @@ impl Search {
     fn without_its_spring(&self) -> Option<Self> {
         let never = Cancel::default();
         let (data, base) = (&self.data, &self.base);
-        let spring = base.base.iter().position(|t| t.term.as_str() == "x")?;
+        let spring = base.spring()?;
         if base.datum || data.outputs != [Output::Displacement(0)] {
             return None;
         }
@@ -186,7 +186,8 @@ impl Search {
         }
         let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
         let mut free = base.clone();
-        free.base.retain(|t| t.term.as_str() != "x" && *t != constant);
+        free.base.remove(spring);
+        free.base.retain(|t| *t != constant);
         let steady = Composition { base: free.base.iter().cloned().chain([constant]).collect(), ..free.clone() };
         let start = data.propose_exactly(&steady, &steady.middle(), &[], &never)?;
         let drifting = self.fitted_set(start, Vec::new(), None, &never)?;

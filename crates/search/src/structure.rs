@@ -83,6 +83,11 @@ impl Composition {
         next
     }
 
+    /// The base model's term of a linear spring between the one mass and the ground.
+    pub(super) fn spring(&self) -> Option<usize> {
+        self.base.iter().position(|t| t.term.as_str() == "x")
+    }
+
     pub(super) fn choices(&self) -> Vec<Choice> {
         self.forms.iter().map(choice).collect()
     }

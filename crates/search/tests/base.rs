@@ -32,8 +32,8 @@ fn what_nothing_holds_is_searched_without_a_spring() {
 }
 
 #[test]
-fn a_spring_that_pushes_stands_where_the_data_bear_it() {
-    // Two wells: beside its cubic part the spring pushes.
+fn a_spring_that_has_a_part_in_the_motion_stays() {
+    // Two wells, whose spring pushes; then plants that a spring holds.
     let options = ScenarioOptions { seed: 1, ..ScenarioOptions::default() };
     let records = RecordSet::new(generate("double-well", &options).unwrap().records, Usage::Fit);
     let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };

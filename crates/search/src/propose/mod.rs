@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use super::columns::{Inputs, forces};
 use super::constants::{Constants, LARGEST_SET};
 use super::data::{Data, RecordSeries};
-use super::effects::{Direction, ForceAxis, Form};
+use super::effects::{Addition, Direction, ForceAxis, Form};
 use super::parameters::{InnerValues, Parameters};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
@@ -363,6 +363,13 @@ impl<'a> SetRegression<'a> {
         self.scales.push(scale);
     }
 
+    /// The columns of the present model's terms that an addition takes the place of.
+    fn replaced_by(&self, addition: &Addition) -> impl Iterator<Item = usize> {
+        let plain = self.present.plain_terms(self.inner);
+        let first = 1 + self.constants;
+        addition.replaces.iter().filter_map(move |gone| plain.iter().position(|t| t == gone)).map(move |k| first + k)
+    }
+
     /// The columns of a form at inner values, and which of the present model's they replace.
     fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
         if let Some(point) = self.turning.filter(|_| form.is_periodic()) {
@@ -401,9 +408,7 @@ impl<'a> SetRegression<'a> {
             Some(equilibrium) if equilibrium != 0.0 => counted_from(term, equilibrium),
             _ => term.clone(),
         };
-        let plain = self.present.plain_terms(self.inner);
-        let replaces = addition.replaces.iter().filter_map(|gone| plain.iter().position(|t| t == gone));
-        let replaces = replaces.map(|k| first + k).collect();
+        let replaces = self.replaced_by(&addition).collect();
         let mut internals = addition.internals;
         internals.iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = from_there(&t.term));
         let terms = addition.terms.iter().map(|t| t.map(from_there)).collect();

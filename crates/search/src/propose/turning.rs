@@ -27,9 +27,8 @@ impl SetRegression<'_> {
         let addition = form.addition(&[]);
         let sine = addition.terms.first()?;
         let cosine = sine.map(|term| counted_from(term, -FRAC_PI_2));
-        let plain = self.present.plain_terms(self.inner);
-        let first = 1 + self.constants;
-        let kept = (0..plain.len()).filter(|k| !addition.replaces.contains(&plain[*k])).map(|k| first + k);
+        let replaced: Vec<usize> = self.replaced_by(&addition).collect();
+        let kept = (1 + self.constants..self.base.len()).filter(|column| !replaced.contains(column));
         let mut columns: Vec<Vec<f64>> = std::iter::once(0).chain(kept).map(|c| self.base[c].clone()).collect();
         columns
             .extend(self.columns(&Composed { terms: vec![sine.clone(), cosine], ..self.present.compose(self.inner) }));
@@ -48,9 +47,6 @@ impl SetRegression<'_> {
         let from_there = |term: &Term| counted_from(term, point);
         let terms: Vec<Placed> = addition.terms.iter().map(|t| t.map(from_there)).collect();
         let columns = self.columns(&Composed { terms, ..self.present.compose(self.inner) });
-        let first = 1 + self.constants;
-        let plain = self.present.plain_terms(self.inner);
-        let replaced = addition.replaces.iter().filter_map(|gone| plain.iter().position(|t| t == gone));
-        (columns, replaced.map(|k| first + k).chain(1..first).collect(), 0)
+        (columns, self.replaced_by(&addition).chain(1..=self.constants).collect(), 0)
     }
 }
