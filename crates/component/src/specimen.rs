@@ -116,7 +116,7 @@ impl Specimen {
             };
             let force = channel(record, force)?.values.to_vec();
             let series = |role: &Role| channel(record, *role).map(|c| c.values.to_vec());
-            let rate = |role: &Role| signals.input_rates.get(role.index()).cloned().unwrap_or_default();
+            let rate = |role: &Role| signals.input_rate(role.index()).map_or_else(Vec::new, <[f64]>::to_vec);
             let seen = match (*usage, held_out) {
                 (Usage::HeldOut, _) => 0,
                 (_, true) => force.len(),

@@ -8,6 +8,18 @@ pub use rayon::{join, prelude};
 #[cfg(feature = "runtime")]
 pub use sindyscope_system::lock;
 
+/// Runs something on one of the threads that share work: what it then hands to others costs no change of threads each time.
+#[cfg(feature = "runtime")]
+pub fn within<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    rayon::scope(|_| work())
+}
+
+/// Runs something.
+#[cfg(not(feature = "runtime"))]
+pub fn within<R>(work: impl FnOnce() -> R) -> R {
+    work()
+}
+
 /// Locks what nobody else can hold.
 #[cfg(not(feature = "runtime"))]
 pub fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {

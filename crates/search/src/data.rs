@@ -376,7 +376,7 @@ impl RecordSeries {
         let (inputs, input_rates) = if prepared.is_quiet() {
             (drive.grid.sampled(0), drive.grid.sampled(1))
         } else {
-            (signals.inputs.clone(), signals.input_rates.clone())
+            (signals.inputs.clone(), signals.input_rates().map(<[f64]>::to_vec).collect())
         };
         let states = signals.states.clone();
         let smoothed = Arc::new(MeasuredMotion { states, inputs: inputs.clone(), input_rates: input_rates.clone() });

@@ -127,6 +127,15 @@ fn record_of(index: usize, case: &OutcomeCase) -> RecordOutcome {
     }
     let all = |which: usize| -> Vec<Vec<f64>> { (0..freedoms).map(|f| series(f, which, 0.0, n)).collect() };
     let simulated = |which: usize| (0..freedoms).map(move |f| series(f, which, case.detuned, lasts));
+    let force_rate = |k: usize| 0.4 * TAU * 1.3 * (TAU * 1.3 * time(k)).cos();
+    let mut signals = Signals::known(
+        (0.0, interval),
+        [[all(0), all(1)].concat(), [all(1), all(2)].concat()],
+        [vec![(0..n).map(force).collect(); inputs], vec![(0..n).map(force_rate).collect(); inputs]],
+    );
+    signals.length = 31.0;
+    signals.main_period = Some(1.0 / 1.3);
+    signals.noise = vec![NOISE; freedoms];
     RecordOutcome {
         record: Arc::new(Record {
             name: format!("run {}", index + 1),
@@ -141,18 +150,7 @@ fn record_of(index: usize, case: &OutcomeCase) -> RecordOutcome {
         scored_from: 0,
         standing: Arc::default(),
         sticks: Vec::new(),
-        signals: Arc::new(Signals {
-            start: 0.0,
-            interval,
-            states: [all(0), all(1)].concat(),
-            rates: [all(1), all(2)].concat(),
-            inputs: vec![(0..n).map(force).collect(); inputs],
-            input_rates: vec![(0..n).map(|k| 0.4 * TAU * 1.3 * (TAU * 1.3 * time(k)).cos()).collect(); inputs],
-            length: 31.0,
-            main_period: Some(1.0 / 1.3),
-            noise: vec![NOISE; freedoms],
-            measured: Vec::new(),
-        }),
+        signals: Arc::new(signals),
         states: simulated(0).chain(simulated(1)).collect(),
         channels: scored,
         diverged_at: case.diverges.map(|_| time(lasts)),

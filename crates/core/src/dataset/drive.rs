@@ -47,7 +47,8 @@ const GUESS_ORDER: usize = 3;
 
 /// Whether the inputs' noise is next to nothing, from one sample to the next.
 pub(super) fn is_quiet(layout: &Layout, facts: &SignalFacts, signals: &Signals) -> bool {
-    (0..layout.inputs).all(|j| facts.input_noise[j] <= 1e-3 * rms(&signals.input_rates[j]) * signals.interval)
+    (0..layout.inputs)
+        .all(|j| facts.input_noise[j] <= 1e-3 * rms(signals.input_rate(j).unwrap_or(&[])) * signals.interval)
 }
 
 /// The inputs that drive a simulation of `samples` of a record, and whether they are those measured.
@@ -69,7 +70,7 @@ fn driving(
         InputGrid::new(start, interval, samples.len(), &raw, None)
     } else {
         let inputs: Vec<&[f64]> = signals.inputs.iter().map(|s| &s[samples.clone()]).collect();
-        let rates: Vec<&[f64]> = signals.input_rates.iter().map(|s| &s[samples.clone()]).collect();
+        let rates: Vec<&[f64]> = signals.input_rates().map(|s| &s[samples.clone()]).collect();
         InputGrid::new(start, interval, samples.len(), &inputs, Some(&rates))
     };
     (grid, as_measured)
@@ -134,7 +135,7 @@ impl SimulationDrive {
             motion: Arc::new(MeasuredMotion {
                 states: signals.states.clone(),
                 inputs: signals.inputs.clone(),
-                input_rates: signals.input_rates.clone(),
+                input_rates: signals.input_rates().map(<[f64]>::to_vec).collect(),
             }),
             range: 0..self.grid.len(),
             limits: self.limits.clone(),

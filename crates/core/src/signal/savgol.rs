@@ -91,26 +91,28 @@ impl SavitzkyGolay {
         self.basis.nrows() - 1
     }
 
-    /// Derivative `derivative` of each polynomial at position `s`, samples from the segment's centre.
-    fn at(&self, s: f64, derivative: usize) -> Vec<f64> {
-        let order = self.order();
-        let mut values = vec![vec![0.0; order + 1]; derivative + 1];
+    /// Derivative `derivative` of each polynomial at position `s`, samples from the segment's centre; into `values`, which holds those
+    /// of lower derivatives before it: `order + 1` values each.
+    fn at<'a>(&self, s: f64, derivative: usize, values: &'a mut Vec<f64>) -> &'a [f64] {
+        let width = self.order() + 1;
+        values.clear();
+        values.resize((derivative + 1) * width, 0.0);
+        values[0] = 1.0 / self.beta[0];
         for d in 0..=derivative {
-            if d == 0 {
-                values[0][0] = 1.0 / self.beta[0];
-            }
-            for j in 0..order {
-                let lower = if d == 0 { 0.0 } else { d as f64 * values[d - 1][j] };
-                let before = if j == 0 { 0.0 } else { self.beta[j] * values[d][j - 1] };
-                values[d][j + 1] = (s * values[d][j] + lower - before) / self.beta[j + 1];
+            let (below, own) = values.split_at_mut(d * width);
+            for j in 0..width - 1 {
+                let lower = if d == 0 { 0.0 } else { d as f64 * below[(d - 1) * width + j] };
+                let before = if j == 0 { 0.0 } else { self.beta[j] * own[j - 1] };
+                own[j + 1] = (s * own[j] + lower - before) / self.beta[j + 1];
             }
         }
-        values.swap_remove(derivative)
+        &values[derivative * width..]
     }
 
     /// Weights of the segment's samples for derivative `derivative` at position `s` from its centre, per sample^derivative.
     pub(crate) fn weights(&self, s: f64, derivative: usize) -> Vec<f64> {
-        let p = self.at(s, derivative);
+        let mut values = Vec::new();
+        let p = self.at(s, derivative, &mut values);
         (0..self.window()).map(|i| p.iter().enumerate().map(|(j, p)| p * self.basis[(j, i)]).sum()).collect()
     }
 
@@ -193,8 +195,9 @@ impl SavitzkyGolay {
         let fit = |segment: &[f64]| -> Vec<f64> {
             self.basis.row_iter().map(|p| p.iter().zip(segment).map(|(p, y)| p * y).sum()).collect()
         };
-        let evaluate = |coefficients: &[f64], s: f64| -> f64 {
-            scale * self.at(s, derivative).iter().zip(coefficients).map(|(p, c)| p * c).sum::<f64>()
+        let mut values = Vec::new();
+        let mut evaluate = |coefficients: &[f64], s: f64| -> f64 {
+            scale * self.at(s, derivative, &mut values).iter().zip(coefficients).map(|(p, c)| p * c).sum::<f64>()
         };
         let first = fit(&samples[..self.window()]);
         let last = fit(&samples[n - self.window()..]);

@@ -124,7 +124,11 @@ impl InputGrid {
     #[must_use]
     pub fn delayed(&self, delays: &Delays) -> Self {
         let shifted = |input: usize, order: usize| -> Vec<f64> {
-            (0..self.samples).map(|k| self.at(input, self.time(k) - delays.delay(input))[order]).collect()
+            let at = |k: usize| {
+                let (sample, place) = self.place(self.time(k) - delays.delay(input));
+                self.one(input, order, sample, &Node::new(place, order))
+            };
+            (0..self.samples).map(at).collect()
         };
         let channels = self
             .channels
@@ -187,16 +191,22 @@ impl InputGrid {
 
     /// An input's value, first and second derivative at a time, s; times outside the record are moved to its ends.
     pub fn at(&self, input: usize, time: f64) -> [f64; 3] {
-        let last = self.samples.saturating_sub(2);
-        let position = ((time - self.start) / self.interval).clamp(0.0, self.samples.saturating_sub(1) as f64);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the record")]
-        let sample = (position as usize).min(last);
-        let node = Node::new(position - sample as f64, 2);
+        let (sample, place) = self.place(time);
+        let node = Node::new(place, 2);
         let mut value = [0.0; 3];
         for (order, value) in value.iter_mut().enumerate() {
             *value = self.one(input, order, sample, &node);
         }
         value
+    }
+
+    /// The interval that a time lies in and the place there, 0 to 1; times outside the record are moved to its ends.
+    fn place(&self, time: f64) -> (usize, f64) {
+        let last = self.samples.saturating_sub(2);
+        let position = ((time - self.start) / self.interval).clamp(0.0, self.samples.saturating_sub(1) as f64);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the record")]
+        let sample = (position as usize).min(last);
+        (sample, position - sample as f64)
     }
 
     /// The jets that derivative `order` (0 to 2) of an input is taken from, the derivative of theirs that it is, and its

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use fearless_simd::{Level, dispatch};
 use nalgebra::{DMatrix, DVector};
 
 use super::bounded::{Bounds, SumOfSquares, active_set};
@@ -107,7 +108,8 @@ impl Reduced {
                     *slot = value * factor;
                 }
             }
-            work.absorb(count);
+            // The widest registers that the processor has.
+            dispatch!(Level::new(), _simd => work.absorb(count));
         }
         let triangle =
             DMatrix::from_fn(width, width, |i, j| if i <= j { work.stack[j * work.height + i] } else { 0.0 });
@@ -372,6 +374,7 @@ struct Reflections {
 
 impl Reflections {
     /// Reflects `count` new rows into the triangle.
+    #[inline(always)] // into each width of registers
     fn absorb(&mut self, count: usize) {
         let Self { stack, height, width } = self;
         for j in 0..*width {

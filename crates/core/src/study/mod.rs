@@ -121,6 +121,16 @@ impl Study {
     /// Settings that do not fit the records, or nothing to fit; cancelled.
     pub fn run(&mut self, records: &RecordSet, settings: &Settings, cancel: &Cancel) -> Result<Outcome, StudyError> {
         let started = Stopwatch::start();
+        crate::parallel::within(|| self.run_since(started, records, settings, cancel))
+    }
+
+    fn run_since(
+        &mut self,
+        started: Stopwatch,
+        records: &RecordSet,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Outcome, StudyError> {
         let regression = self.made_ready(records, settings, cancel)?;
         let identified = regression.identify(settings);
         let mut model = identified.model.clone();

@@ -44,7 +44,7 @@ pub(super) fn slopes<'a>(
     let program = Program::new(&slopes, layout);
     let mut along = vec![Vec::new(); slopes.len()];
     for signals in records {
-        let slices = signals.slices();
+        let slices = signals.slices(&program);
         let count = signals.states.first().map_or(0, Vec::len);
         let from = (count - count.min(MAX_SLOPE_SAMPLES)) / 2;
         program.columns(&slices.block().slice(from..count - from).block(), &mut along);

@@ -95,6 +95,10 @@ fn overfit(outcome: &Outcome) -> Option<Warning> {
     })
 }
 
+fn thinned(series: &[f64], stride: usize) -> Vec<f64> {
+    series.iter().step_by(stride).copied().collect()
+}
+
 /// The term whose share of the forces grows most from the fitted records to those held out, and how many times: what was
 /// learnt of it there does not hold here.
 fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
@@ -107,15 +111,13 @@ fn carrier(outcome: &Outcome) -> Option<(Term, f64)> {
         let mut squares = vec![0.0; expressions.len()];
         for record in outcome.records.iter().filter(|r| r.usage == usage) {
             let signals = &record.signals;
-            let slices = |series: &[Vec<f64>]| -> Vec<Vec<f64>> {
-                let stride = (signals.states.first().map_or(0, Vec::len) / SAMPLED).max(1);
-                series.iter().map(|s| s.iter().step_by(stride).copied().collect()).collect()
-            };
+            let stride = (signals.states.first().map_or(0, Vec::len) / SAMPLED).max(1);
+            let whole = |series: &[Vec<f64>]| -> Vec<Vec<f64>> { series.iter().map(|s| thinned(s, stride)).collect() };
             let thinned = [
-                slices(&signals.states),
-                slices(&signals.inputs),
-                slices(&signals.input_rates),
-                slices(signals.accelerations()),
+                whole(&signals.states),
+                whole(&signals.inputs),
+                signals.input_rates().map(|s| thinned(s, stride)).collect(),
+                signals.accelerations().map(|s| thinned(s, stride)).collect(),
             ];
             let [states, inputs, rates, accelerations] =
                 thinned.each_ref().map(|series| series.iter().map(Vec::as_slice).collect::<Vec<&[f64]>>());

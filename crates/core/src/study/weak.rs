@@ -192,9 +192,8 @@ impl WeakForm {
             .filter_map(|p| if let AveragedSeries::Path(e) = &p.source { Some(e.clone()) } else { None })
             .collect();
         let mut along = vec![Vec::new(); on_path.len()];
-        let slices = signals.slices();
-        let samples = slices.block();
-        Program::new(&on_path, layout).columns(&samples, &mut along);
+        let program = Program::new(&on_path, layout);
+        program.columns(&signals.slices(&program).block(), &mut along);
         let mut along = along.iter();
         parts
             .iter()

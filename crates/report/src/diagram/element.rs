@@ -164,7 +164,7 @@ impl Element {
         let signals = &record.signals;
         let (inside, residual) = equation_residual(outcome, record, self.layout.freedoms + self.freedom)?;
         let (x, v) = (&signals.states[self.freedom], &signals.states[self.layout.freedoms + self.freedom]);
-        let minus = |own: &[f64], other: Option<&Vec<f64>>| -> Vec<f64> {
+        let minus = |own: &[f64], other: Option<&[f64]>| -> Vec<f64> {
             match other {
                 None => own[inside.clone()].to_vec(),
                 Some(other) => own[inside.clone()].iter().zip(&other[inside.clone()]).map(|(a, b)| a - b).collect(),
@@ -172,10 +172,11 @@ impl Element {
         };
         let (y, w) = match self.across {
             ElementEnds::Ground => (None, None),
-            ElementEnds::Input(j) => (Some(signals.inputs.get(j)?), Some(signals.input_rates.get(j)?)),
-            ElementEnds::Freedom(k) => {
-                (Some(signals.states.get(k)?), Some(signals.states.get(self.layout.freedoms + k)?))
-            }
+            ElementEnds::Input(j) => (Some(signals.inputs.get(j)?.as_slice()), Some(signals.input_rate(j)?)),
+            ElementEnds::Freedom(k) => (
+                Some(signals.states.get(k)?.as_slice()),
+                Some(signals.states.get(self.layout.freedoms + k)?.as_slice()),
+            ),
         };
         Some(ElementSamples { deflection: minus(x, y), velocity: minus(v, w), residual })
     }
@@ -230,12 +231,12 @@ pub(super) fn equation_residual(
 ) -> Option<(Range<usize>, Vec<f64>)> {
     let signals = &record.signals;
     let layout = outcome.model.layout;
-    let rate = signals.rates.get(state)?;
+    let rate = signals.rate(state)?;
     let n = rate.len();
-    let series = signals.states.iter().chain(&signals.inputs).chain(&signals.input_rates);
+    let series = signals.states.iter().chain(&signals.inputs).map(Vec::as_slice).chain(signals.input_rates());
     let complete = signals.states.len() == layout.states()
         && signals.inputs.len() == layout.inputs
-        && signals.input_rates.len() == layout.inputs
+        && signals.input_rates().count() == layout.inputs
         && series.clone().all(|s| s.len() == n);
     if !complete || n == 0 {
         return None;
@@ -244,7 +245,7 @@ pub(super) fn equation_residual(
     let expressions: Vec<Expression> = equation.terms.iter().map(|t| t.term.expression().clone()).collect();
     let program = Program::new(&expressions, &layout);
     let mut columns = vec![Vec::new(); expressions.len()];
-    program.columns(&signals.slices().block(), &mut columns);
+    program.columns(&signals.slices(&program).block(), &mut columns);
     let mut identified = vec![0.0; n];
     for (column, term) in columns.iter().zip(&equation.terms) {
         for (sum, value) in identified.iter_mut().zip(column) {

@@ -77,18 +77,11 @@ fn outcome(terms: &[(&str, f64)], motions: &[ExactMotion]) -> Outcome {
                 scored_from: 0,
                 standing: Arc::default(),
                 sticks: Vec::new(),
-                signals: Arc::new(Signals {
-                    start: 0.0,
-                    interval: INTERVAL,
-                    states: vec![m.x.clone(), m.v.clone()],
-                    rates: vec![m.v.clone(), m.a.clone()],
-                    inputs: vec![m.u.clone(); inputs],
-                    input_rates: vec![m.du.clone(); inputs],
-                    length: 1.0,
-                    main_period: None,
-                    noise: vec![0.0],
-                    measured: Vec::new(),
-                }),
+                signals: Arc::new(Signals::known(
+                    (0.0, INTERVAL),
+                    [vec![m.x.clone(), m.v.clone()], vec![m.v.clone(), m.a.clone()]],
+                    [vec![m.u.clone(); inputs], vec![m.du.clone(); inputs]],
+                )),
                 states: vec![m.x.clone(), m.v.clone()],
                 channels: vec![SensorResponse {
                     symbol: Symbol::State(0),
@@ -197,8 +190,9 @@ fn a_joint_on_a_moving_base_is_seen_across_it() {
 fn records_without_derivatives_and_models_of_first_order_have_no_element() {
     let mut broken = outcome(&[("x", -4.0)], &[ExactMotion::wandering(100)]);
     let element = Element::new(&broken.model, 0, ElementEnds::Ground, false).unwrap();
-    let mut signals = (*broken.records[0].signals).clone();
-    signals.rates[1].truncate(50);
+    let motion = ExactMotion::wandering(100);
+    let rates = vec![motion.v.clone(), motion.a[..50].to_vec()];
+    let signals = Signals::known((0.0, INTERVAL), [vec![motion.x, motion.v], rates], Default::default());
     broken.records[0].signals = Arc::new(signals);
     assert!(element.samples(&broken, &broken.records[0]).is_none());
     assert!(RestoringForce::new(&element, &[]).is_none());

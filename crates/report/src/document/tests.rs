@@ -42,18 +42,12 @@ fn record_outcome(name: &str, usage: Usage, samples: usize) -> RecordOutcome {
         ],
         notices: vec!["The sampling intervals differed by up to 0.3 %: resampled.".into()],
     };
-    let signals = Signals {
-        start: 0.0,
-        interval,
-        states: vec![measured.clone(), velocity(0.0)],
-        rates: vec![velocity(0.0), measured.clone()],
-        inputs: vec![vec![0.0; samples]],
-        input_rates: vec![vec![0.0; samples]],
-        length: 31.0,
-        main_period: Some(std::f64::consts::TAU / 6.0),
-        noise: vec![1e-5],
-        measured: Vec::new(),
-    };
+    let still = vec![vec![0.0; samples]];
+    let motion = [vec![measured.clone(), velocity(0.0)], vec![velocity(0.0), measured.clone()]];
+    let mut signals = Signals::known((0.0, interval), motion, [still.clone(), still]);
+    signals.length = 31.0;
+    signals.main_period = Some(std::f64::consts::TAU / 6.0);
+    signals.noise = vec![1e-5];
     RecordOutcome {
         record: Arc::new(record),
         usage,
@@ -256,7 +250,7 @@ fn a_report_on_nearly_nothing_is_written_too() {
     outcome.fits.clear();
     for samples in [0, 1, 2] {
         outcome.records = vec![record_outcome("tiny", Usage::Fit, samples)];
-        outcome.records[0].signals = Arc::new(Signals { main_period: None, ..(*outcome.records[0].signals).clone() });
+        Arc::make_mut(&mut outcome.records[0].signals).main_period = None;
         assert_balanced(&with_report(&outcome, |r| r.html()));
     }
     outcome.records.clear();

@@ -272,7 +272,7 @@ pub fn drive(record: &RecordOutcome) -> String {
         measured
     } else {
         names.extend((0..inputs).map(|j| several("du", j)));
-        record.signals.inputs.iter().chain(&record.signals.input_rates).map(|s| &s[..]).collect()
+        record.signals.inputs.iter().map(Vec::as_slice).chain(record.signals.input_rates()).collect()
     };
     let mut out = names.join(",");
     out.push('\n');

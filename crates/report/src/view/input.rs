@@ -25,7 +25,7 @@ fn figure(subject: &Subject<'_>) -> FigureResult {
     }
     let index = scene.input;
     let values = scene.record.record.channel(Role::Input(index)).map_or(&[][..], |c| &c.values);
-    let rates = scene.record.signals.input_rates.get(index).map_or(&[][..], Vec::as_slice);
+    let rates = scene.record.signals.input_rate(index).unwrap_or(&[]);
     let unit = scene.unit_of(Role::Input(index));
     let panel = |id, symbol, unit: String, name, values, first| {
         let mut panel = scene.over_time(id, Axis::linear(scene.layout.name(symbol), unit, (0.0, 1.0)), first);

@@ -91,7 +91,7 @@ impl<'a> Scene<'a> {
 
     /// Rate of the smoothed state.
     pub(super) fn rate(&self, state: usize) -> &'a [f64] {
-        self.record.signals.rates.get(state).map_or(&[], Vec::as_slice)
+        self.record.signals.rate(state).unwrap_or(&[])
     }
 
     /// Simulated state, as long as the response lasted.

@@ -16,7 +16,11 @@ pub struct Program {
     surfaces: usize,
     constants: Vec<f64>,
     instructions: Vec<Instruction>,
+    /// The addends of all sums, each a product of two slots.
+    addends: Vec<(usize, usize)>,
     outputs: Vec<usize>,
+    /// Some expression depends on the first or second derivative of an input.
+    rates: bool,
     /// Some expression depends on the second derivative of an input.
     bends: bool,
 }
@@ -75,6 +79,12 @@ impl<'a> SampleStretch<'a> {
         Self { start, interval, states, inputs, input_rates, accelerations }
     }
 
+    /// Series from a start on at an interval, as in [`Self::new`].
+    pub fn of_slices((start, interval): (f64, f64), series: [Vec<&'a [f64]>; 4]) -> Self {
+        let [states, inputs, input_rates, accelerations] = series;
+        Self { start, interval, states, inputs, input_rates, accelerations }
+    }
+
     /// The stretch as a block.
     pub fn block(&self) -> SampleBlock<'_> {
         let Self { start, interval, states, inputs, input_rates, accelerations } = self;
@@ -84,7 +94,8 @@ impl<'a> SampleStretch<'a> {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Operation {
-    Add(usize, usize),
+    /// The sum of some of the program's addends, from one to before another: stays in a register while it grows.
+    Sum(usize, usize),
     Multiply(usize, usize),
     Power(usize, f64),
     Call(Function, usize),
@@ -118,6 +129,11 @@ impl Program {
             collect_surfaces(&e.normal(), &mut found);
         }
         found
+    }
+
+    /// True if some expression depends on a derivative of an input: [`Self::columns`] needs the inputs' rates only then.
+    pub fn reads_input_rates(&self) -> bool {
+        self.rates
     }
 
     /// Memory for [`Self::run`], constants in place.
@@ -173,7 +189,12 @@ impl Program {
     pub fn run(&self, slots: &mut [f64]) {
         for Instruction { operation, target } in &self.instructions {
             slots[*target] = match *operation {
-                Operation::Add(a, b) => slots[a] + slots[b],
+                Operation::Sum(from, to) => {
+                    let addend = |(a, b): &(usize, usize)| slots[*a] * slots[*b];
+                    let mut addends = self.addends[from..to].iter().map(addend);
+                    let first = addends.next().unwrap_or(0.0);
+                    addends.fold(first, |sum, addend| sum + addend)
+                }
                 Operation::Multiply(a, b) => slots[a] * slots[b],
                 Operation::Power(a, exponent) => power(slots[a], exponent),
                 Operation::Call(Function::Sgn, a) => sign(slots[a]),
@@ -241,9 +262,11 @@ impl Program {
                 }
             };
             match *operation {
-                Operation::Add(a, b) => {
-                    for ((o, a), b) in out.iter_mut().zip(slot(a)).zip(slot(b)) {
-                        *o = a + b;
+                Operation::Sum(from, to) => {
+                    for (k, (a, b)) in self.addends[from..to].iter().enumerate() {
+                        for ((o, a), b) in out.iter_mut().zip(slot(*a)).zip(slot(*b)) {
+                            *o = if k == 0 { a * b } else { *o + a * b };
+                        }
                     }
                 }
                 Operation::Multiply(a, b) => {
@@ -306,7 +329,10 @@ struct Compiler<'a> {
     surfaces: Option<&'a [Expression]>,
     constants: Vec<f64>,
     known: Vec<(Expression, Operand)>,
-    operations: Vec<Operation>,
+    /// None where a product has become part of a sum.
+    operations: Vec<Option<Operation>>,
+    /// As in [`Program`]; operands until compiled.
+    addends: Vec<(usize, usize)>,
 }
 
 /// Where a value will be: constants and results are numbered apart until both counts are known.
@@ -323,44 +349,58 @@ const RESULT: usize = 1 << 24;
 
 impl<'a> Compiler<'a> {
     fn new(layout: &'a Layout, surfaces: Option<&'a [Expression]>) -> Self {
-        Self { layout, surfaces, constants: Vec::new(), known: Vec::new(), operations: Vec::new() }
+        Self { layout, surfaces, constants: Vec::new(), known: Vec::new(), operations: Vec::new(), addends: Vec::new() }
     }
 
     fn compile(mut self, expressions: &[Expression]) -> Program {
-        let mut bends = false;
+        let (mut rates, mut bends) = (false, false);
         for e in expressions {
-            e.visit(&mut |e| bends |= matches!(e, Expression::Symbol(Symbol::InputAcceleration(_))));
+            e.visit(&mut |e| {
+                bends |= matches!(e, Expression::Symbol(Symbol::InputAcceleration(_)));
+                rates |= bends || matches!(e, Expression::Symbol(Symbol::InputRate(_)));
+            });
         }
         let outputs: Vec<usize> = expressions.iter().map(|e| operand(self.place(&e.normal()))).collect();
+        self.fuse(&outputs);
         let surfaces = self.surfaces.map_or(0, <[_]>::len);
         let first_constant = symbol_count(self.layout) + surfaces;
         let first_result = first_constant + self.constants.len();
+        let mut targets = Vec::with_capacity(self.operations.len());
+        let mut kept = 0;
+        for operation in &self.operations {
+            targets.push(first_result + kept);
+            kept += usize::from(operation.is_some());
+        }
         let settle = |k: usize| match k {
-            k if k >= RESULT => first_result + k - RESULT,
+            k if k >= RESULT => targets[k - RESULT],
             k if k >= CONSTANT => first_constant + k - CONSTANT,
             k => k,
         };
         let instructions = self
             .operations
             .iter()
-            .enumerate()
-            .map(|(k, operation)| Instruction {
+            .zip(&targets)
+            .filter_map(|(operation, target)| Some((operation.as_ref()?, *target)))
+            .map(|(operation, target)| Instruction {
                 operation: match *operation {
-                    Operation::Add(a, b) => Operation::Add(settle(a), settle(b)),
+                    Operation::Sum(from, to) => Operation::Sum(from, to),
                     Operation::Multiply(a, b) => Operation::Multiply(settle(a), settle(b)),
                     Operation::Power(a, n) => Operation::Power(settle(a), n),
                     Operation::Call(f, a) => Operation::Call(f, settle(a)),
                     Operation::Pair(f, a, b) => Operation::Pair(f, settle(a), settle(b)),
                 },
-                target: first_result + k,
+                target,
             })
             .collect();
+        let addends = self.addends.iter().map(|(a, b)| (settle(*a), settle(*b))).collect();
         Program {
             layout: *self.layout,
             surfaces,
             constants: self.constants,
             instructions,
+            addends,
             outputs: outputs.into_iter().map(settle).collect(),
+            rates,
             bends,
         }
     }
@@ -370,13 +410,10 @@ impl<'a> Compiler<'a> {
             return *place;
         }
         let place = match e {
-            Expression::Number(n) => {
-                self.constants.push(*n);
-                Operand::Constant(self.constants.len() - 1)
-            }
+            Expression::Number(n) => self.constant(*n),
             Expression::Symbol(s) => Operand::Slot(Program::address(self.layout, *s)),
-            Expression::Sum(parts) => self.fold(parts, Operation::Add),
-            Expression::Product(parts) => self.fold(parts, Operation::Multiply),
+            Expression::Sum(parts) => self.sum(parts),
+            Expression::Product(parts) => self.product(parts),
             Expression::Power(base, n) => {
                 let a = operand(self.place(base));
                 match *n {
@@ -423,23 +460,61 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn fold(&mut self, parts: &[Expression], operation: fn(usize, usize) -> Operation) -> Operand {
-        let mut places = Vec::with_capacity(parts.len());
-        for part in parts {
-            places.push(self.place(part));
-        }
+    fn constant(&mut self, value: f64) -> Operand {
+        self.constants.push(value);
+        Operand::Constant(self.constants.len() - 1)
+    }
+
+    fn product(&mut self, parts: &[Expression]) -> Operand {
+        let places: Vec<Operand> = parts.iter().map(|part| self.place(part)).collect();
         let mut sofar = places[0];
         for next in &places[1..] {
-            sofar = self.push(operation(operand(sofar), operand(*next)));
+            sofar = self.push(Operation::Multiply(operand(sofar), operand(*next)));
         }
         sofar
     }
 
+    fn sum(&mut self, parts: &[Expression]) -> Operand {
+        let places: Vec<usize> = parts.iter().map(|part| operand(self.place(part))).collect();
+        let one = operand(self.place(&Expression::Number(1.0)));
+        let from = self.addends.len();
+        self.addends.extend(places.into_iter().map(|place| (place, one)));
+        self.push(Operation::Sum(from, self.addends.len()))
+    }
+
+    /// Products that nothing but one sum needs are multiplied where they are added.
+    fn fuse(&mut self, outputs: &[usize]) {
+        let mut uses = vec![0; self.operations.len()];
+        let mut count = |k: usize| {
+            if let Some(k) = k.checked_sub(RESULT) {
+                uses[k] += 1;
+            }
+        };
+        outputs.iter().copied().for_each(&mut count);
+        self.addends.iter().for_each(|(a, _)| count(*a));
+        for operation in self.operations.iter().flatten() {
+            match *operation {
+                Operation::Sum(..) => {}
+                Operation::Multiply(a, b) | Operation::Pair(_, a, b) => [a, b].into_iter().for_each(&mut count),
+                Operation::Power(a, _) | Operation::Call(_, a) => count(a),
+            }
+        }
+        for addend in &mut self.addends {
+            let Some(k) = addend.0.checked_sub(RESULT) else { continue };
+            if uses[k] == 1
+                && let Some(Operation::Multiply(a, b)) = self.operations[k]
+            {
+                *addend = (a, b);
+                self.operations[k] = None;
+            }
+        }
+    }
+
     fn push(&mut self, operation: Operation) -> Operand {
-        if let Some(k) = self.operations.iter().position(|known| *known == operation) {
+        if let Some(k) = self.operations.iter().position(|known| *known == Some(operation)) {
             return Operand::Result(k);
         }
-        self.operations.push(operation);
+        self.operations.push(Some(operation));
         Operand::Result(self.operations.len() - 1)
     }
 }

@@ -162,7 +162,7 @@ impl Regression {
         for (signals, moving) in records.iter().zip(&moving.rows) {
             let inside = inside(signals);
             starts.push(rates.first().map_or(0, Vec::len));
-            let slices = signals.slices();
+            let slices = signals.slices(&program);
             let samples = slices.block();
             match &filter {
                 Some(filter) => filtered(&program, &samples, filter, stride, &inside, derived, &jumps, &mut columns),
@@ -176,7 +176,8 @@ impl Regression {
                 }
             }
             for (rate, state) in rates.iter_mut().zip(fitted) {
-                rate.extend(signals.rates[*state].iter().step_by(stride).skip(inside.start).take(inside.len()));
+                let along = signals.rate(*state).unwrap_or(&[]);
+                rate.extend(along.iter().step_by(stride).skip(inside.start).take(inside.len()));
             }
             keep(moving, starts[starts.len() - 1], columns.iter_mut().chain(&mut rates));
             let together = 2.0 * signals.length.max(1.0) * signals.interval;
@@ -236,8 +237,9 @@ impl Regression {
             .zip(rows)
             .map(|(index, StateRows { columns, rate })| {
                 let reduced = Reduced::new(&columns, &rate).redundant(redundancy.clone());
-                let squares: f64 = records.iter().map(|s| dot(&s.rates[*index], &s.rates[*index])).sum();
-                let samples: usize = records.iter().map(|s| s.rates[*index].len()).sum();
+                let rates = || records.iter().filter_map(|s| s.rate(*index));
+                let squares: f64 = rates().map(|rate| dot(rate, rate)).sum();
+                let samples: usize = rates().map(<[f64]>::len).sum();
                 let rate_rms = (squares / samples.max(1) as f64).sqrt();
                 let columns = Arc::new(columns);
                 Target { state: symbols[*index], index: *index, columns, rate, reduced, rate_rms }

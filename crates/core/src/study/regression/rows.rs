@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use crate::parallel::prelude::*;
+use fearless_simd::{Level, dispatch};
 
+use crate::parallel::prelude::*;
 use crate::signal::{SavitzkyGolay, Signals, Smoother, Smoothing, dot};
 use sindyscope_values::term::{Program, SampleBlock};
 
@@ -58,7 +59,12 @@ pub(super) fn filtered(
             let column = |(chunk, jumps): (&Vec<f64>, &bool)| {
                 let kernel = if *jumps { &twice } else { &smooth };
                 let inset = reach - kernel.len() / 2;
-                (0..to - from).map(|row| dot(kernel, &chunk[row * stride + inset..][..kernel.len()])).collect()
+                let mut rows = vec![0.0; to - from];
+                // The widest registers that the processor has.
+                dispatch!(Level::new(), _simd => for (row, out) in rows.iter_mut().enumerate() {
+                    *out = dot(kernel, &chunk[row * stride + inset..][..kernel.len()]);
+                });
+                rows
             };
             chunk.iter().zip(jumps).map(column).collect()
         } else {

@@ -343,7 +343,12 @@ fn kernels(
     let record = Record { channels: opening.channels.iter().map(motion).collect(), ..opening.slice(0..count) };
     let signals = Signals::new(&record, layout, &study.smoothing, facts);
     let near = at.saturating_sub(reach)..(at + reach + 1).min(count);
-    fitted.iter().map(|state| signals.rates[*state].get(near.clone()).map_or_else(Vec::new, <[f64]>::to_vec)).collect()
+    fitted
+        .iter()
+        .map(|state| {
+            signals.rate(*state).and_then(|rate| rate.get(near.clone())).map_or_else(Vec::new, <[f64]>::to_vec)
+        })
+        .collect()
 }
 
 /// The first samples of a channel.
