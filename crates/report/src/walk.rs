@@ -170,7 +170,8 @@ fn worst(missing: &MissingForce) -> impl Iterator<Item = Guide> {
         .map(|(tint, stretches)| Guide::Stretches { tint, stretches, text: String::new() })
 }
 
-/// The measured missing force as points, and the effect's own force through them; `title` and `ink` are the effect's.
+/// The measured missing force as points, and the effect's own force through them, with the band that its errors give; `title` and
+/// `ink` are the effect's.
 pub fn curve(curve: &Curve, title: &str, ink: Ink, unit: &str) -> Option<Figure> {
     if curve.measured.len() < 2 {
         return None;
@@ -184,6 +185,12 @@ pub fn curve(curve: &Curve, title: &str, ink: Ink, unit: &str) -> Option<Figure>
     // Over time it is a dense curve, over a quantity of the motion a law, or a cloud where it depends on more.
     let over_time = curve.axis == "t";
     let shape = if over_time || curve.is_law() { Shape::Line(effect) } else { Shape::Dots(effect) };
+    let banded = curve.deviation.len() == curve.effect.len();
+    if banded && matches!(shape, Shape::Line(_)) {
+        let span = |([at, force], error): (&[f64; 2], &f64)| [*at, force - 2.0 * error, force + 2.0 * error];
+        let band = Shape::Band(curve.effect.iter().zip(&curve.deviation).map(span).collect());
+        panel.layers.push(Layer::new(ink, "± 2 standard errors", band));
+    }
     panel.layers.push(Layer::new(ink, title, shape).wide(if over_time { 1.0 } else { 2.0 }));
     let head = |axis: &Axis, of: &str| format!("{}{of}", axis.header());
     let part = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect::<Vec<f64>>();
@@ -193,9 +200,13 @@ pub fn curve(curve: &Curve, title: &str, ink: Ink, unit: &str) -> Option<Figure>
         (head(&panel.x, " of the effect"), part(&curve.effect, 0)),
         (Scale::plain(unit).axis("force of the effect"), part(&curve.effect, 1)),
     ];
+    if banded {
+        panel.columns.push((Scale::plain(unit).axis("std error of the effect"), curve.deviation.clone()));
+    }
     let caption = format!(
-        "The force per mass that the model lacks along the measured motion (dots) over {}, and the one that is added: {title}.",
-        raised(&curve.axis)
+        "The force per mass that the model lacks along the measured motion (dots) over {}, and the one that is added: {title}{}.",
+        raised(&curve.axis),
+        if banded { ", with two standard errors as the fit gives them" } else { "" }
     );
     Some(Figure::stacked([(panel, 1.0)], 190.0, caption))
 }

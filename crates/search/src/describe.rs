@@ -80,7 +80,10 @@ impl Search {
         let sentence = described((&terms, closes), (&last.gap, &stage.gap), &lead, &self.data.shown_unit);
         let beside = beside.into_iter().map(|e| e.choice.effect.clone()).collect();
         let scores = self.record_scores(&fitted, cancel);
-        Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, sentence }))
+        let plain = self.fit_of(base, cancel)?;
+        let curve = self.data.motion(&plain).map(|motion| self.described_curve((&plain, &fitted), &motion));
+        let curve = curve.unwrap_or_default();
+        Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence }))
     }
 
     /// Fits formulas beside a model that has so many terms of one already, and adds them to what was tried.

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::ForceAxis;
 use super::outcome::{
-    Added, Beginnings, Candidate, Choice, Description, Diagnosis, Evidence, Finding, Gap, Lead, Remaining, Round,
-    Stage, Standing, Verdict,
+    Added, Beginnings, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, Lead, Remaining,
+    Round, Stage, Standing, Verdict,
 };
 use super::records::RecordScore;
 use super::site::Site;
@@ -176,6 +176,8 @@ pub(super) struct FoundDescription {
     pub(super) closes: bool,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) alternatives: Vec<Vec<String>>,
+    #[serde(default)]
+    pub(super) curve: Curve,
     pub(super) sentence: String,
 }
 
@@ -285,8 +287,9 @@ impl FoundStage {
 
 impl FoundDescription {
     fn of(description: &Description, pool: &mut Pool) -> Self {
-        let Description { terms, beside, stage, scores, lead, closes, alternatives, sentence } = description.clone();
-        Self { terms, beside, model: pool.place(&stage), records: scores, lead, closes, alternatives, sentence }
+        let Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence } =
+            description.clone();
+        Self { terms, beside, model: pool.place(&stage), records: scores, lead, closes, alternatives, curve, sentence }
     }
 }
 

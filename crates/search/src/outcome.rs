@@ -232,7 +232,7 @@ pub struct Candidate {
 }
 
 /// A force against the quantity that it depends on: points of the measured missing force, and a candidate's through them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Which kind of quantity is across; none where there is no curve.
     pub over: Option<ForceAxis>,
@@ -244,6 +244,10 @@ pub struct Curve {
     pub measured: Vec<[f64; 2]>,
     /// (quantity, force per mass) of the effect, in order along the axis or in time.
     pub effect: Vec<[f64; 2]>,
+    /// Standard error of each of these forces, as the covariance of the fitted coefficients gives it; empty where it was not
+    /// asked for, or the fit gives none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub deviation: Vec<f64>,
 }
 
 /// How many times its own range a force that is a law of the quantity across may rise and fall.
@@ -253,10 +257,22 @@ impl Curve {
     /// True if the effect's force is one value for each value of the quantity across, as far as its points tell: a line
     /// through them shows it. A force that depends on more is a cloud.
     pub fn is_law(&self) -> bool {
+        let (travelled, range) = self.course();
+        travelled <= WINDING * range
+    }
+
+    /// How often the effect's force rises and falls through its own range along the axis: the less, the better the quantity
+    /// across orders it.
+    pub(super) fn winding(&self) -> f64 {
+        let (travelled, range) = self.course();
+        if range > 0.0 { travelled / range } else { f64::INFINITY }
+    }
+
+    /// By how much the effect's force changes along the axis in all, and its range.
+    fn course(&self) -> (f64, f64) {
         let forces = || self.effect.iter().map(|p| p[1]);
         let (low, high) = forces().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), f| (l.min(f), h.max(f)));
-        let travelled: f64 = forces().zip(forces().skip(1)).map(|(a, b)| (b - a).abs()).sum();
-        travelled <= WINDING * (high - low)
+        (forces().zip(forces().skip(1)).map(|(a, b)| (b - a).abs()).sum(), high - low)
     }
 }
 
@@ -482,6 +498,8 @@ pub struct Description {
     pub closes: bool,
     /// Formulas as short that these data cannot tell from it.
     pub alternatives: Vec<Vec<String>>,
+    /// Its force over the quantity that orders it best, with the error that the fit gives it.
+    pub curve: Curve,
     /// What it says, in a sentence.
     pub sentence: String,
 }

@@ -158,7 +158,7 @@ impl Search {
         let Some(axis) = candidate.over else { return Curve::default() };
         let over = (axis, candidate.place);
         match with {
-            Some(with) => self.partial_residuals(over, (&compared.fitted, &with.fitted), &with.last, motion),
+            Some(with) => self.partial_residuals(over, (&compared.fitted, &with.fitted), (&with.last, None), motion),
             None => self.measured_curve(over, motion),
         }
     }
@@ -244,8 +244,8 @@ impl Search {
 }
 
 fn restored_description(kept: &FoundDescription, stage: Arc<Stage>) -> Description {
-    let FoundDescription { terms, beside, records, lead, closes, alternatives, sentence, .. } = kept.clone();
-    Description { terms, beside, stage, scores: records, lead, closes, alternatives, sentence }
+    let FoundDescription { terms, beside, records, lead, closes, alternatives, curve, sentence, .. } = kept.clone();
+    Description { terms, beside, stage, scores: records, lead, closes, alternatives, curve, sentence }
 }
 
 /// The responses along records from what they begin with; none if that does not go with the records.

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
+
 use super::columns::forces;
 use super::data::RecordSeries;
-use super::effects::{Coefficient, ForceAxis, Form, unit};
+use super::effects::{Coefficient, DESCRIPTION, ForceAxis, Form, unit};
 use super::fit::{Fitted, Followed};
 use super::outcome::{Added, Candidate, Choice, Curve, HeldFit, Parameter, SensorTrace, Stage, Standing, Trace};
 use super::screen::{Motion, Screened};
@@ -64,22 +66,45 @@ impl Search {
         let missing = motion.missing_of(self.acts_on(over.1, motion));
         let pairs = values.iter().flatten().zip(missing.into_iter().flatten());
         let measured = pairs.step_by(stride).map(|(a, f)| [*a, *f]).collect();
-        Curve { over: Some(over.0), axis, unit, measured, effect: Vec::new() }
+        Curve { over: Some(over.0), axis, unit, measured, ..Curve::default() }
     }
 
     /// The measured missing force and the force of the effect that was added last through it.
     pub(super) fn curve(&self, form: &Form, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
         let own: Vec<usize> = fitted.composition.places(&fitted.parameters.inner).pop().into_iter().flatten().collect();
-        self.partial_residuals((form.axis, form.site), (before, fitted), &own, motion)
+        self.partial_residuals((form.axis, form.site), (before, fitted), (&own, None), motion)
+    }
+
+    /// The measured missing force and that of a formula through it, over the quantity that orders the formula's best.
+    pub(super) fn described_curve(&self, (before, fitted): (&Fitted, &Fitted), motion: &Motion) -> Curve {
+        let composition = &fitted.composition;
+        let formula = composition.forms.iter().zip(composition.places(&fitted.parameters.inner));
+        let formula: Vec<_> = formula.filter(|(form, _)| form.effect == DESCRIPTION).collect();
+        let Some(site) = formula.first().map(|(form, _)| form.site) else { return Curve::default() };
+        let own: Vec<usize> = formula.into_iter().flat_map(|(_, place)| place).collect();
+        let coefficients = composition.positions().coefficients;
+        let covariance = &fitted.refined.covariance;
+        let inflation = self.inflation(fitted);
+        let known = own.iter().all(|k| coefficients[*k] < covariance.nrows());
+        let errors = DMatrix::from_fn(own.len(), own.len(), |i, j| {
+            if known { inflation * covariance[(coefficients[own[i]], coefficients[own[j]])] } else { f64::NAN }
+        });
+        let axes = [ForceAxis::Displacement, ForceAxis::Velocity].into_iter();
+        let axes = axes.chain((0..self.data.layout.inputs).map(ForceAxis::Input));
+        let curves = axes.map(|axis| {
+            self.partial_residuals((axis, site), (before, fitted), (&own, known.then_some(&errors)), motion)
+        });
+        curves.min_by(|a, b| a.winding().total_cmp(&b.winding())).unwrap_or_default()
     }
 
     /// The measured missing force and the force of an effect through it: its partial residuals, as of a regression. `own` are
-    /// the indices of the effect's terms in the model with it.
+    /// the indices of the effect's terms in the model with it, beside the covariance of their coefficients where the force's error
+    /// is asked for.
     pub(super) fn partial_residuals(
         &self,
         over: Over,
         (before, fitted): (&Fitted, &Fitted),
-        own: &[usize],
+        (own, errors): (&[usize], Option<&DMatrix<f64>>),
         motion: &Motion,
     ) -> Curve {
         let mut curve = self.measured_curve(over, motion);
@@ -92,12 +117,15 @@ impl Search {
         let old_composed = before.composition.compose(&old.inner);
         let composed = fitted.composition.compose(&new.inner);
         let mass = self.acts_on(over.1, motion);
-        let own: Vec<usize> = own.iter().copied().filter(|k| composed.terms[*k].mass == mass).collect();
+        // Of each term its place among those that the errors are of.
+        let own: Vec<(usize, usize)> =
+            own.iter().copied().enumerate().filter(|(_, k)| composed.terms[*k].mass == mass).collect();
         let sum = |terms: &[Placed], columns: &[Vec<f64>], coefficients: &[f64], k: usize| -> f64 {
             let forces = terms.iter().zip(columns).zip(coefficients).filter(|((t, _), _)| t.mass == mass);
             forces.map(|((_, f), c)| c * f[k]).sum()
         };
         let mut force = Vec::new();
+        let mut deviation = Vec::new();
         // What the effect has to make up for: the missing force, and what the other terms gave back or took over since.
         let mut wanted = Vec::new();
         for ((s, path), missing) in data.fit().iter().zip(&motion.measured).zip(motion.missing_of(mass)) {
@@ -106,7 +134,13 @@ impl Search {
             let then = columns(&old_composed.terms, &old_composed.internals);
             let now = columns(&composed.terms, &composed.internals);
             for (k, missing) in missing.iter().enumerate() {
-                let own: f64 = own.iter().map(|i| new.coefficients[*i] * now[*i][k]).sum();
+                if let Some(errors) = errors {
+                    let of = |(i, a): &(usize, usize)| -> f64 {
+                        now[*a][k] * own.iter().map(|(j, b)| errors[(*i, *j)] * now[*b][k]).sum::<f64>()
+                    };
+                    deviation.push(own.iter().map(of).sum::<f64>().max(0.0).sqrt());
+                }
+                let own: f64 = own.iter().map(|(_, i)| new.coefficients[*i] * now[*i][k]).sum();
                 force.push(own);
                 let then = sum(&old_composed.terms, &then, &old.coefficients, k);
                 let now = sum(&composed.terms, &now, &new.coefficients, k);
@@ -119,12 +153,17 @@ impl Search {
             values.iter().flatten().zip(force).step_by(stride).map(|(a, f)| [*a, *f]).collect()
         };
         curve.measured = over(&wanted);
-        let mut effect = over(&force);
-        let remembers = |k: &usize| composed.terms[*k].term.symbols().iter().any(|s| matches!(s, Symbol::Internal(_)));
+        curve.effect = over(&force);
+        curve.deviation = deviation.into_iter().step_by(stride).collect();
+        let remembers = |(_, k): &(usize, usize)| {
+            composed.terms[*k].term.symbols().iter().any(|s| matches!(s, Symbol::Internal(_)))
+        };
         if !own.iter().any(remembers) {
-            effect.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            let mut order: Vec<usize> = (0..curve.effect.len()).collect();
+            order.sort_by(|a, b| curve.effect[*a][0].total_cmp(&curve.effect[*b][0]));
+            curve.effect = order.iter().map(|k| curve.effect[*k]).collect();
+            curve.deviation = order.iter().filter_map(|k| curve.deviation.get(*k).copied()).collect();
         }
-        curve.effect = effect;
         curve
     }
 

@@ -111,6 +111,16 @@ fn a_force_without_a_name_is_described_by_the_shortest_formula() {
     let gap = |stage: &sindyscope_search::Stage| stage.gap.test_rmse.expect("held out");
     assert!(gap(&description.stage) < 0.5 * gap(found.stages.last().expect("a model")));
     assert_eq!(description.scores.len(), 3);
+    // The band of its force is that of its one coefficient.
+    let coefficient = &description.stage.effects[0].parameters[0];
+    let share = coefficient.std_error.expect("an error") / coefficient.value.abs();
+    assert!((coefficient.value - 0.5).abs() < 4.0 * share * 0.5 && share < 0.05, "{coefficient:?}");
+    let curve = &description.curve;
+    assert!(["v", "u"].contains(&curve.axis.as_str()) && curve.effect.len() > 100, "{}", curve.axis);
+    assert_eq!(curve.deviation.len(), curve.effect.len());
+    for ([_, force], error) in curve.effect.iter().zip(&curve.deviation) {
+        assert!((error - share * force.abs()).abs() < 1e-6 * error.abs() + 1e-12, "{error} {force}");
+    }
     // It is added as an effect is, and comes back with a walk that was kept.
     let search = Search::new(&records, &Ask::default()).expect("records");
     let cancel = Cancel::default();
@@ -127,6 +137,7 @@ fn a_force_without_a_name_is_described_by_the_shortest_formula() {
     let restored = search.restore(&kept, &cancel).expect("not cancelled").expect("the same");
     let (before, after) = (&conclusions[&Vec::new()].description, &restored.conclusions[&Vec::new()].description);
     assert_eq!(before.as_ref().map(|d| &d.terms), after.as_ref().map(|d| &d.terms));
+    assert_eq!(before.as_ref().map(|d| &d.curve), after.as_ref().map(|d| &d.curve));
 }
 
 #[test]

@@ -57,6 +57,8 @@ pub(crate) enum WalkFigure {
     Left,
     /// The force of a candidate over the quantity at its place.
     Curve(Choice),
+    /// The force of the formula that describes what is left, over the quantity that orders it best.
+    Description,
     /// The error after each effect.
     Waterfall,
     /// Why an effect was named, block by block: its index among those that were added.
@@ -74,6 +76,7 @@ impl WalkFigure {
             Self::Profile => "missing force",
             Self::Left => "what is left",
             Self::Curve(_) => "effect",
+            Self::Description => "description",
             Self::Waterfall => "errors",
             Self::Why(_) => "why",
         }
@@ -84,6 +87,7 @@ impl WalkFigure {
         match self {
             Self::Map => "Map of the missing force",
             Self::Profile | Self::Left => "Missing force along one quantity",
+            Self::Description => "Missing force and the formula through it",
             Self::Why(_) => "What each block that was never fitted says for the effect",
             other => other.name(),
         }

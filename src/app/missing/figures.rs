@@ -21,6 +21,7 @@ use palette::Ink;
 use sindyscope_report::figure::Figure as Drawing;
 use sindyscope_report::walk::{self, Compared, Lacking, WalkResponse};
 use sindyscope_search::{Choice, Curve, Map, Profile, Stage, Trace};
+use sindyscope_values::format::units::raised;
 use sindyscope_values::record::Usage;
 
 /// How a figure is drawn.
@@ -185,6 +186,10 @@ fn made_of(
             let (curve, ..) = curve(context, choice)?;
             [pairs(&curve.measured), pairs(&curve.effect)].concat()
         }
+        WalkFigure::Description => {
+            let curve = &context.conclusion()?.description.as_ref()?.curve;
+            [pairs(&curve.measured), pairs(&curve.effect), bits(&curve.deviation)].concat()
+        }
         WalkFigure::Waterfall => {
             let errors = context.stages().into_iter().flat_map(|s| [s.gap.train_rmse, s.gap.test_rmse.unwrap_or(-1.0)]);
             errors.chain([context.known.noise_floor]).map(f64::to_bits).collect()
@@ -239,6 +244,11 @@ fn make(
         WalkFigure::Curve(choice) => {
             let (curve, title, ink) = curve(context, choice)?;
             walk::curve(curve, title, ink, acceleration)
+        }
+        WalkFigure::Description => {
+            let description = context.conclusion()?.description.as_ref()?;
+            let ink = Ink::of_stage(description.stage.effects.len());
+            walk::curve(&description.curve, &raised(&description.terms.join(" + ")), ink, acceleration)
         }
         WalkFigure::Waterfall => {
             let stages: Vec<&Stage> = context.stages().into_iter().map(AsRef::as_ref).collect();

@@ -109,6 +109,8 @@ fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height:
     if let Some(description) = context.conclusion().and_then(|d| d.description.as_ref()) {
         card(ui, colors.caution, |ui| {
             ui.add(egui::Label::new(raised(&description.sentence)).wrap());
+            let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 220.0));
+            figures::show(ui, canvas, context, (&WalkFigure::Description, None), Manner::new(size).compact(), acts);
             // Beside other effects than those that were added it would be another formula.
             let accepted: Vec<&str> = context.walk.accepted.iter().map(|c| c.effect.as_str()).collect();
             if accepted == description.beside && ui.button("Add it to the model").clicked() {

@@ -6,7 +6,9 @@ use serde_json::{Value, json};
 
 use super::VERSION;
 use super::identified::equations;
-use sindyscope_search::{Candidate, Diagnosis, Finding, FreeRun, Gap, Lead, Parameter, RecordScore, Round, Step};
+use sindyscope_search::{
+    Candidate, Curve, Diagnosis, Finding, FreeRun, Gap, Lead, Parameter, RecordScore, Round, Step,
+};
 use sindyscope_values::model::{Model, Units};
 use sindyscope_values::record::RecordSet;
 
@@ -41,6 +43,7 @@ pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
             "gap": gap(&d.stage.gap, &d.scores),
             "evidence": evidence(&d.lead),
             "indistinguishable": d.alternatives,
+            "curve": curve(&d.curve),
             "records": d.scores.iter().map(record).collect::<Vec<_>>(),
             "sentence": d.sentence,
         })),
@@ -52,6 +55,13 @@ pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
         "superseded": diagnosis.superseded(),
         "rounds": diagnosis.rounds.iter().map(round).collect::<Vec<_>>(),
     })
+}
+
+/// A formula's force over a quantity: value, force per mass and its standard error.
+fn curve(curve: &Curve) -> Value {
+    let errors = curve.deviation.iter().map(|e| Some(*e)).chain(std::iter::repeat(None));
+    let points = curve.effect.iter().zip(errors).map(|([at, force], error)| json!([at, force, error]));
+    json!({ "over": curve.axis, "unit": curve.unit, "points": points.collect::<Vec<_>>() })
 }
 
 /// Errors of the free run; those over stretches as long as the horizon stand beside them.

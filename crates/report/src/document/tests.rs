@@ -348,6 +348,7 @@ fn the_walk_is_told_in_every_document() {
             unit: "m s^-1".into(),
             measured: vec![[-1.0, 0.1], [f64::NAN, 0.0], [1.0, -0.1]],
             effect: vec![[-1.0, 0.1], [1.0, -0.1]],
+            deviation: Vec::new(),
         },
     };
     let mut rival = candidate.clone();
@@ -386,6 +387,14 @@ fn the_walk_is_told_in_every_document() {
         lead: Lead { blocks: 8, won: 7, against: "none".into(), ..Lead::default() },
         closes: true,
         alternatives: vec![vec!["v*u".into()]],
+        curve: Curve {
+            axis: "v".into(),
+            unit: "m s^-1".into(),
+            measured: vec![[-1.0, 0.1], [1.0, -0.1]],
+            effect: vec![[-1.0, 0.1], [1.0, -0.1]],
+            deviation: vec![0.01, 0.02],
+            ..Curve::default()
+        },
         sentence: String::new(),
     });
     let records = RecordSet { entries: outcome.records.iter().map(|r| (r.record.clone(), r.usage)).collect() };
@@ -412,6 +421,7 @@ fn the_walk_is_told_in_every_document() {
         "Run it slowly",
         "A description, not a law",
         "tell it from v*u",
+        "with two standard errors as the fit gives them",
     ] {
         assert!(html.contains(part), "{part}");
     }

@@ -76,6 +76,8 @@ pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet,
                 blocks.push(Block::Subheading(DESCRIPTION.into()));
                 blocks.push(Block::Paragraph(description_words(description, unit, tested(diagnosis))));
                 blocks.extend(model(&description.stage.model));
+                let formula = raised(&description.terms.join(" + "));
+                blocks.extend(drawings::curve(&description.curve, &formula, unit).map(Block::Figure));
                 blocks.extend(drawings::overlay(base, &description.stage, unit, room).into_iter().map(Block::Figure));
             }
             blocks
