@@ -13,6 +13,9 @@ use super::measurement::{Quantity, Sensor, SensorSeries};
 use super::pole::{self, Pole};
 use sindyscope_core::study::Cancel;
 
+/// Columns of a Gram matrix that are made at once, of which what lies above the diagonal is made in vain.
+const GRAM_BLOCK: usize = 16;
+
 /// A force beside the inputs, known at `parts` instants a sampling interval: `values[record][instant]`.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceSeries {
@@ -72,11 +75,26 @@ pub(crate) struct PolePool {
     pub(crate) poles: Vec<Pole>,
     /// `columns[group][record]`: those for inputs and forces, then the free oscillations.
     columns: Vec<Vec<DMatrix<f64>>>,
+    /// Products of each pole's columns, its free oscillations record by record: `own[group][pole]`.
+    own: Vec<Vec<DMatrix<f64>>>,
 }
 
 /// `aᵀ b`, by blocks that fit the cache.
 fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     a.transpose() * b
+}
+
+/// `aᵀ a`.
+fn gram(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let (size, turned) = (a.ncols(), a.transpose());
+    let mut out = DMatrix::zeros(size, size);
+    for from in (0..size).step_by(GRAM_BLOCK) {
+        let width = GRAM_BLOCK.min(size - from);
+        let mut block = out.view_mut((from, from), (size - from, width));
+        block.gemm(1.0, &turned.rows_range(from..), &a.columns(from, width), 0.0);
+    }
+    out.fill_upper_triangle_with_lower_triangle();
+    out
 }
 
 impl<'a> LinearTask<'a> {
@@ -189,16 +207,16 @@ impl<'a> LinearTask<'a> {
         let m = poles.len();
         let columns = self.columns(poles, group.quantity);
         let count = m * self.drives() + self.series.len() * self.local(m);
-        let mut gram = DMatrix::<f64>::zeros(count, count);
+        let mut all = DMatrix::<f64>::zeros(count, count);
         let mut right = DMatrix::<f64>::zeros(count, group.sensors.len());
         let mut targets = Vec::with_capacity(columns.len());
         for (record, matrix) in columns.iter().enumerate() {
             let target = self.targets(group, record);
-            let (own, own_right) = (product(matrix, matrix), product(matrix, &target));
+            let (own, own_right) = (gram(matrix), product(matrix, &target));
             for i in 0..own.nrows() {
                 let row = self.place(i, record, m);
                 for j in 0..own.ncols() {
-                    gram[(row, self.place(j, record, m))] += own[(i, j)];
+                    all[(row, self.place(j, record, m))] += own[(i, j)];
                 }
                 for s in 0..own_right.ncols() {
                     right[(row, s)] += own_right[(i, s)];
@@ -206,17 +224,17 @@ impl<'a> LinearTask<'a> {
             }
             targets.push(target);
         }
-        let norms: Vec<f64> = (0..count).map(|k| gram[(k, k)].sqrt().max(1e-150)).collect();
+        let norms: Vec<f64> = (0..count).map(|k| all[(k, k)].sqrt().max(1e-150)).collect();
         for i in 0..count {
             for j in 0..count {
-                gram[(i, j)] /= norms[i] * norms[j];
+                all[(i, j)] /= norms[i] * norms[j];
             }
-            gram[(i, i)] += RIDGE;
+            all[(i, i)] += RIDGE;
             for s in 0..right.ncols() {
                 right[(i, s)] /= norms[i];
             }
         }
-        let factor = Cholesky::new(gram)?;
+        let factor = Cholesky::new(all)?;
         let mut amplitudes = factor.solve(&right);
         for (i, norm) in norms.iter().enumerate() {
             amplitudes.row_mut(i).iter_mut().for_each(|a| *a /= norm);
@@ -243,29 +261,55 @@ impl<'a> LinearTask<'a> {
             all.iter_mut().for_each(|m| *m = m.columns(0, m.ncols() - 1).into_owned());
             all
         };
-        PolePool { poles: poles.to_vec(), columns: self.groups.iter().map(columns).collect() }
+        let columns: Vec<Vec<DMatrix<f64>>> = self.groups.iter().map(columns).collect();
+        let own = columns.iter().map(|c| (0..poles.len()).map(|p| self.own_products(c, p, poles.len())).collect());
+        PolePool { poles: poles.to_vec(), own: own.collect(), columns }
+    }
+
+    /// Products of the columns of one of several poles.
+    fn own_products(&self, columns: &[DMatrix<f64>], pole: usize, count: usize) -> DMatrix<f64> {
+        let drives = self.drives();
+        let width = drives + 2 * self.series.len();
+        let mut own = DMatrix::zeros(width, width);
+        for (record, matrix) in columns.iter().enumerate() {
+            let of = |k: usize| matrix.column(self.pool_column(pole, count, k));
+            let place = |k: usize| if k < drives { k } else { k + 2 * record };
+            for k in 0..drives + 2 {
+                for l in 0..=k {
+                    let product = of(k).dot(&of(l));
+                    own[(place(k), place(l))] += product;
+                    if k != l {
+                        own[(place(l), place(k))] += product;
+                    }
+                }
+            }
+        }
+        own
+    }
+
+    /// Where one of a pole's columns stands in a record's matrix of a pool of so many.
+    fn pool_column(&self, pole: usize, count: usize, which: usize) -> usize {
+        let drives = self.drives();
+        if which < drives { pole * drives + which } else { count * drives + 2 * pole + which - drives }
     }
 
     /// How much each pole of a pool would take off the sum of squares.
     pub(crate) fn gains(&self, fit: &ModalFit, pool: &PolePool) -> Vec<f64> {
         let (m, drives, records, count) = (fit.poles.len(), self.drives(), self.series.len(), pool.poles.len());
         let mut totals = vec![0.0; count];
-        for ((group, known), columns) in self.groups.iter().zip(&fit.groups).zip(&pool.columns) {
+        for (((group, known), columns), own) in self.groups.iter().zip(&fit.groups).zip(&pool.columns).zip(&pool.own) {
             let sensors = group.sensors.len();
             // Of each pole its drives, then its free oscillations record by record.
             let width = drives + 2 * records;
             let mut cross = DMatrix::<f64>::zeros(known.norms.len(), count * width);
             let mut right = DMatrix::<f64>::zeros(count * width, sensors);
-            let mut own = vec![DMatrix::<f64>::zeros(width, width); count];
             for (record, matrix) in columns.iter().enumerate() {
                 let part = product(&known.columns[record], matrix);
                 let towards = product(matrix, &known.residuals[record]);
-                for (p, own) in own.iter_mut().enumerate() {
-                    let column =
-                        |k: usize| if k < drives { p * drives + k } else { count * drives + 2 * p + k - drives };
+                for p in 0..count {
                     let place = |k: usize| if k < drives { k } else { k + 2 * record };
                     for k in 0..drives + 2 {
-                        let (from, to) = (column(k), p * width + place(k));
+                        let (from, to) = (self.pool_column(p, count, k), p * width + place(k));
                         for i in 0..part.nrows() {
                             cross[(self.place(i, record, m), to)] +=
                                 part[(i, from)] / known.norms[self.place(i, record, m)];
@@ -273,17 +317,14 @@ impl<'a> LinearTask<'a> {
                         for s in 0..sensors {
                             right[(to, s)] += towards[(from, s)];
                         }
-                        for l in 0..drives + 2 {
-                            own[(place(k), place(l))] += matrix.column(from).dot(&matrix.column(column(l)));
-                        }
                     }
                 }
             }
             let solved = known.factor.solve(&cross);
-            for (p, own) in own.into_iter().enumerate() {
+            for (p, own) in own.iter().enumerate() {
                 let of = |all: &DMatrix<f64>| all.columns(p * width, width).into_owned();
                 let scale: Vec<f64> = (0..width).map(|k| own[(k, k)].sqrt().max(1e-150)).collect();
-                let mut left = &own - of(&cross).tr_mul(&of(&solved));
+                let mut left = own - of(&cross).tr_mul(&of(&solved));
                 let mut towards = right.rows(p * width, width).into_owned();
                 for k in 0..width {
                     for l in 0..width {
@@ -310,7 +351,8 @@ impl<'a> LinearTask<'a> {
             let mut cross = vec![DMatrix::<f64>::zeros(known.norms.len(), 2 * m); sensors];
             for record in 0..records {
                 let rows = self.rows(record);
-                let mut changes = vec![DMatrix::zeros(rows, 2 * m); sensors];
+                // Those of each sensor side by side.
+                let mut changes = DMatrix::zeros(rows, 2 * m * sensors);
                 let mut matrix = DMatrix::zeros(rows, drives + 2);
                 for (i, pole) in fit.poles.iter().enumerate() {
                     for (which, step) in DIFFERENCES.into_iter().enumerate() {
@@ -321,9 +363,9 @@ impl<'a> LinearTask<'a> {
                             let column = if k < drives { i * drives + k } else { m * drives + 2 * i + k - drives };
                             let before = known.columns[record].column(column);
                             let place = self.place(column, record, m);
-                            for (s, change) in changes.iter_mut().enumerate() {
+                            for s in 0..sensors {
                                 let amplitude = known.amplitudes[(place, s)] / step;
-                                let mut out = change.column_mut(2 * i + which);
+                                let mut out = changes.column_mut(2 * m * s + 2 * i + which);
                                 for ((o, new), old) in out.iter_mut().zip(matrix.column(k).iter()).zip(before.iter()) {
                                     *o += amplitude * (new - old);
                                 }
@@ -331,13 +373,14 @@ impl<'a> LinearTask<'a> {
                         }
                     }
                 }
-                for (s, change) in changes.iter().enumerate() {
-                    normal += product(change, change);
-                    gradient += change.tr_mul(&known.residuals[record].column(s));
-                    let part = product(&known.columns[record], change);
+                let parts = product(&known.columns[record], &changes);
+                for (s, cross) in cross.iter_mut().enumerate() {
+                    let own = changes.columns(2 * m * s, 2 * m).into_owned();
+                    normal += gram(&own);
+                    gradient += own.tr_mul(&known.residuals[record].column(s));
                     for k in 0..2 * m {
-                        for i in 0..part.nrows() {
-                            cross[s][(self.place(i, record, m), k)] += part[(i, k)];
+                        for i in 0..parts.nrows() {
+                            cross[(self.place(i, record, m), k)] += parts[(i, 2 * m * s + k)];
                         }
                     }
                 }
@@ -404,17 +447,17 @@ impl<'a> LinearTask<'a> {
                 let left = self.targets(group, record) - shared * known.amplitudes.rows(0, m * drives);
                 let own = matrix.columns(m * drives, self.local(m));
                 let own = own.into_owned();
-                let mut gram = product(&own, &own);
-                let scale: Vec<f64> = (0..gram.nrows()).map(|k| gram[(k, k)].sqrt().max(1e-150)).collect();
+                let mut products = gram(&own);
+                let scale: Vec<f64> = (0..products.nrows()).map(|k| products[(k, k)].sqrt().max(1e-150)).collect();
                 let mut right = product(&own, &left);
                 for k in 0..scale.len() {
                     for l in 0..scale.len() {
-                        gram[(k, l)] /= scale[k] * scale[l];
+                        products[(k, l)] /= scale[k] * scale[l];
                     }
-                    gram[(k, k)] += RIDGE;
+                    products[(k, k)] += RIDGE;
                     right.row_mut(k).iter_mut().for_each(|r| *r /= scale[k]);
                 }
-                let mut free = Cholesky::new(gram)?.solve(&right);
+                let mut free = Cholesky::new(products)?.solve(&right);
                 for (k, scale) in scale.iter().enumerate() {
                     free.row_mut(k).iter_mut().for_each(|f| *f /= scale);
                 }
@@ -503,5 +546,19 @@ impl<'a> LinearTask<'a> {
             }
         }
         Some(covariance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of more columns than one block holds and of fewer.
+    #[test]
+    fn a_gram_matrix_is_the_product_of_its_columns() {
+        for columns in [1, GRAM_BLOCK, 2 * GRAM_BLOCK + 5] {
+            let a = DMatrix::from_fn(50, columns, |i, j| ((3 * i + 7 * j) as f64).sin());
+            assert!((gram(&a) - a.tr_mul(&a)).amax() < 1e-12, "{columns}");
+        }
     }
 }
