@@ -129,6 +129,8 @@ pub(crate) const NEAR_OTHER_EFFECT: f64 = 2.0;
 pub(crate) const MOST_CANDIDATES: usize = 5;
 /// Most of those that go there where none of these explains the data.
 pub(crate) const MOST_OTHERS: usize = 5;
+/// Most of those of each kind of place that are fitted although short stretches leave more than noise.
+pub(crate) const MOST_PUT_OFF: usize = 5;
 /// Most candidates that are fitted again with more modes where none came near the data.
 pub(crate) const MOST_AGAIN: usize = 3;
 /// Candidates that are fitted at the same time once the first one did not explain the data: none knows what the other comes to, however
@@ -163,6 +165,8 @@ pub(crate) const SAME_WAY: f64 = 2e-3;
 /// Times the error over stretches that are hardly held together from which a start is given up once all stretches are held: where the force
 /// is right, these errors differ by less than a half, where it is wrong and they grow, by six to a hundred.
 pub(crate) const OF_SHORT: f64 = 4.0;
+/// The same of the error over the first stretches, as closely held, from which a start is given up.
+pub(crate) const OF_FIRST: f64 = 2.0;
 /// Error over stretches that are hardly held together, in noises, up to which no mode is missing, and how many more are tried.
 pub(crate) const MODES_MISSING: f64 = 1.3;
 pub(crate) const MORE_MODES: usize = 3;
@@ -214,6 +218,8 @@ pub(crate) const RUNAWAY: f64 = 1e3;
 /// Rows that the choice of a further pole looks at, and the fit of a screened force, about.
 pub(crate) const CHOICE_ROWS: usize = 6000;
 pub(crate) const SCREEN_ROWS: usize = 5000;
+/// The same of rows times sensors.
+pub(crate) const SCREEN_VALUES: usize = 10_000;
 /// Relative steps of frequency and damping for derivatives by differences.
 pub(crate) const DIFFERENCES: [f64; 2] = [1e-5, 1e-3];
 /// Largest change of a pole's logarithms in one step of the linear fit.

@@ -12,7 +12,7 @@ use super::judge::{Residuals, rms};
 use super::limits::{
     APART, BAND_END, CORNERS, DRIVEN, FORCE_POLE_RATES, GAP_STEPS, GAPS, LAST_GAIN, LEAST_YIELD, MOST_PAIRS,
     MOST_SMOOTHING, MOST_YIELD, PATIENCE, POLE_STEPS, POOL_DAMPING, POOL_DISTANCE, ROUGH, SAME_POLE, SCREEN_ROWS,
-    SCREEN_STEPS, SMOOTHING, YIELD_RATIO, YIELDS,
+    SCREEN_STEPS, SCREEN_VALUES, SMOOTHING, YIELD_RATIO, YIELDS,
 };
 use super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::measurement::{Measurement, Quantity, Sensor, SensorSeries};
@@ -63,6 +63,8 @@ pub(crate) struct ForceCandidate {
     /// What the force depends on, `moved[record][sample]` of the fitted records, where no sensor measured it.
     moved: Option<Arc<[Vec<f64>]>>,
     pub(crate) poles: Vec<Pole>,
+    /// Those that a closed loop starts with, once they were chosen.
+    pub(crate) start: Option<Vec<Pole>>,
     /// Between which values the first number inside it must lie: a joint that yields below is not told from dry friction, since its
     /// loop is closed within a sample or very small, and one above is a spring; friction that turns over more is a damper.
     pub(crate) bounds: (f64, f64),
@@ -282,6 +284,7 @@ impl Screen<'_> {
             unit,
             moved: None,
             poles: Vec::new(),
+            start: None,
             bounds: match effect {
                 Effect::BoucWenHysteresis => (
                     (LEAST_YIELD * size(motion)).max(speed(motion) * self.longest_interval()),
@@ -318,7 +321,9 @@ impl Screen<'_> {
         let sensors = &self.measurement.sensors;
         let rows: usize = self.split.fitted.iter().map(SensorSeries::len).sum();
         let last = along == Along::Screened;
-        let stride = if last { rows.div_ceil(SCREEN_ROWS) } else { 1 };
+        // Poles along a rough force are off by more than rows left out make them.
+        let thinned = rows.div_ceil(SCREEN_ROWS.min(SCREEN_VALUES / sensors.len().max(1)).max(1));
+        let stride = if along == Along::Force { 1 } else { thinned };
         let ForceCandidate { fitted, unseen, .. } = candidate;
         let steps = if last { SCREEN_STEPS } else { POLE_STEPS };
         let rough = matches!(along, Along::Reconstructed | Along::Rough);
@@ -328,7 +333,7 @@ impl Screen<'_> {
             || (self.split.fitted.clone(), sensors.clone()),
             |moved| self.with_motion(candidate.effect, candidate.site, moved),
         );
-        let coarse = LinearTask::new(&series, &choosing, Some(fitted), rows.div_ceil(SCREEN_ROWS));
+        let coarse = LinearTask::new(&series, &choosing, Some(fitted), thinned);
         let task = LinearTask::new(&self.split.fitted, sensors, Some(fitted), stride);
         let judge = LinearTask::new(&self.split.unseen, sensors, Some(unseen), stride);
         let found = pool(&self.split.fitted, Some(fitted), &FORCE_POLE_RATES);
@@ -367,7 +372,7 @@ impl Screen<'_> {
             all.push((fit, error));
             idle = if error < LAST_GAIN * least { 0 } else { idle + 1 };
             least = least.min(error);
-            if (poles.len() >= most && idle > 0) || (rough && limit > most && idle > PATIENCE) {
+            if (poles.len() >= most && idle > 0) || (!last && limit > most && idle > PATIENCE) {
                 break;
             }
         }

@@ -42,6 +42,25 @@ pub(super) struct BegunFit {
     pub(super) noise: f64,
 }
 
+impl BegunFit {
+    pub(super) fn left(&self) -> BegunError {
+        BegunError { error: self.error, noise: self.noise }
+    }
+}
+
+/// RMS that a fit over short stretches leaves, jumps counted, and the noise in it.
+#[derive(Clone, Copy)]
+pub(super) struct BegunError {
+    pub(super) error: f64,
+    noise: f64,
+}
+
+impl BegunError {
+    pub(super) fn noises(self) -> f64 {
+        self.error / self.noise
+    }
+}
+
 impl ForceSearch<'_> {
     /// A closed-loop model from an open-loop fit, and the states that the fit has. The responses of each mode to inputs and
     /// force are made one shape, as reciprocity asks. `turned` lets a force that may act either way act the other way than most of these responses
@@ -222,7 +241,7 @@ impl ForceSearch<'_> {
     }
 
     /// The number of modes (less one), from a number on, with which stretches that are hardly held together leave no more than noise, else
-    /// the one with which they leave least, where that is near the noise.
+    /// the one with which they leave least, where that is near the noise; with what they leave.
     /// Whatever a force lacks, it lacks over a longer time: what such short stretches leave is what modes are missing for.
     pub(super) fn modes_for_stretches(
         &self,
@@ -230,18 +249,19 @@ impl ForceSearch<'_> {
         steps: &[(ModalFit, f64)],
         from: usize,
         cancel: &Cancel,
-    ) -> Option<usize> {
-        let mut best: Option<(usize, f64)> = None;
+    ) -> Option<(usize, BegunError)> {
+        let mut best: Option<(usize, BegunError)> = None;
         for (k, (fit, _)) in steps.iter().enumerate().skip(from).take(MORE_MODES) {
             let Some(begun) = self.first_start(candidate, fit, StartKind::Plain, cancel) else { continue };
-            if begun.error < MODES_MISSING * begun.noise {
-                return Some(k);
+            if begun.left().noises() < MODES_MISSING {
+                return Some((k, begun.left()));
             }
-            if begun.error < NEAR_NOISES * begun.noise && best.is_none_or(|b| begun.error < LAST_GAIN * b.1) {
-                best = Some((k, begun.error));
+            if begun.left().noises() < NEAR_NOISES && best.as_ref().is_none_or(|b| begun.error < LAST_GAIN * b.1.error)
+            {
+                best = Some((k, begun.left()));
             }
         }
-        best.map(|b| b.0)
+        best
     }
 
     fn first_start(

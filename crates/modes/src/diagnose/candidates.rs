@@ -4,11 +4,12 @@ use super::super::error::ModesError;
 use super::super::force::{Effect, Site};
 use super::super::judge::{beats, compared};
 use super::super::limits::{
-    EXPLAINS, FORCE_GAIN, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS, MOST_OTHERS, NEAR, NEAR_NOISES, NEAR_OTHER_EFFECT,
-    SCREENED_MODES, SIDE_BY_SIDE,
+    EXPLAINS, FORCE_GAIN, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS, MOST_OTHERS, MOST_PUT_OFF, NEAR, NEAR_NOISES,
+    NEAR_OTHER_EFFECT, SCREENED_MODES, SIDE_BY_SIDE,
 };
 use super::super::pole::Pole;
 use super::super::screen::{ForceCandidate, Screen, SiteKind};
+use super::landing::{Asked, Landing};
 use super::{FittedStructure, ForceSearch};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::signal::standard_deviation;
@@ -75,6 +76,7 @@ impl ForceSearch<'_> {
         let screen = Screen { measurement, split, poles, chosen, modes, pool: &self.path.pool, noises };
         let explains = |f: &FittedStructure| self.explains(f);
         let mut all: Vec<FittedStructure> = Vec::new();
+        let mut put_off: Vec<(ForceCandidate, f64)> = Vec::new();
         let mut nearest = Nearest { plain: f64::INFINITY, any: f64::INFINITY };
         // Where a force to the ground explains the data, none between sensors is asked for.
         for (reach, from, to) in [(SiteKind::Ground, 0.05, 0.6), (SiteKind::Pairs, 0.6, 1.0)] {
@@ -107,33 +109,72 @@ impl ForceSearch<'_> {
                 if explained {
                     batch.retain(|c| c.error <= NEAR * nearest.to(c.effect));
                 }
-                let fitted = self.side_by_side(&screen, batch, &self.standing(&all), false, cancel)?;
-                all.extend(fitted);
+                for landing in self.side_by_side(&screen, batch, &self.standing(&all), Asked::First, cancel)? {
+                    match landing {
+                        Landing::Fitted(fitted) => all.push(*fitted),
+                        Landing::PutOff(candidate, noises) => put_off.push((*candidate, noises)),
+                        Landing::Nowhere => {}
+                    }
+                }
             }
-            // Where none did, modes may be hidden that the first ones were fitted without.
+            // Where none did, the true one may lack a mode that is seen only along its own force.
+            let is_put_off = |c: &ForceCandidate| put_off.iter().any(|(f, _)| (f.effect, f.site) == (c.effect, c.site));
+            // Those that were put off had more modes already.
+            let again: Vec<ForceCandidate> = again.into_iter().filter(|c| !is_put_off(c)).collect();
+            let (near, rest): (Vec<_>, Vec<_>) = put_off.into_iter().partition(|p| p.1 < NEAR_NOISES);
+            put_off = rest;
+            let second: Vec<ForceCandidate> = near.into_iter().take(MOST_PUT_OFF).map(|p| p.0).collect();
+            self.put_off(&screen, &second, &mut all, cancel)?;
+            // Else modes may be hidden that the first ones were fitted without.
             for batch in again.chunks(SIDE_BY_SIDE) {
                 let standing = self.standing(&all);
                 if standing.explained || !standing.poles.is_empty() {
                     break;
                 }
-                for fitted in self.side_by_side(&screen, batch.to_vec(), &standing, true, cancel)? {
-                    keep_better(&mut all, fitted);
+                for landing in self.side_by_side(&screen, batch.to_vec(), &standing, Asked::MoreModes, cancel)? {
+                    keep_better(&mut all, landing);
                 }
             }
             if cancel.is_cancelled() {
                 return Err(ModesError::Cancelled);
             }
         }
+        // Where nothing comes near, the best of what is far is told.
+        put_off.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let far: Vec<ForceCandidate> = put_off.into_iter().take(SIDE_BY_SIDE).map(|f| f.0).collect();
+        if self.standing(&all).poles.is_empty() {
+            self.put_off(&screen, &far, &mut all, cancel)?;
+        }
         // What was fitted before a mode was found that its force had hidden gets that mode too.
         let standing = self.standing(&all);
         if standing.explained {
             let poorer = |f: &&FittedStructure| f.model.modes() < standing.poles.len() && !self.explains(f);
             let again: Vec<ForceCandidate> = all.iter().filter(poorer).map(|f| f.candidate.clone()).collect();
-            for fitted in self.side_by_side(&screen, again, &standing, false, cancel)? {
-                keep_better(&mut all, fitted);
+            for landing in self.side_by_side(&screen, again, &standing, Asked::First, cancel)? {
+                keep_better(&mut all, landing);
             }
         }
         Ok(all)
+    }
+
+    /// Candidates that were put off, until one explains the data.
+    fn put_off(
+        &self,
+        screen: &Screen<'_>,
+        candidates: &[ForceCandidate],
+        all: &mut Vec<FittedStructure>,
+        cancel: &Cancel,
+    ) -> Result<(), ModesError> {
+        for batch in candidates.chunks(SIDE_BY_SIDE) {
+            let standing = self.standing(all);
+            if standing.explained {
+                break;
+            }
+            for landing in self.side_by_side(screen, batch.to_vec(), &standing, Asked::PutOff, cancel)? {
+                keep_better(all, landing);
+            }
+        }
+        Ok(())
     }
 
     /// Candidates fitted beside what the ones before have come to, on as many cores as there are.
@@ -142,12 +183,12 @@ impl ForceSearch<'_> {
         screen: &Screen<'_>,
         candidates: Vec<ForceCandidate>,
         standing: &ForceStanding,
-        with_more_modes: bool,
+        asked: Asked,
         cancel: &Cancel,
-    ) -> Result<Vec<FittedStructure>, ModesError> {
-        let closed = |c: ForceCandidate| self.closed(screen, c, standing, with_more_modes, cancel);
-        let fitted: Vec<Option<FittedStructure>> = candidates.into_par_iter().map(closed).collect();
-        if cancel.is_cancelled() { Err(ModesError::Cancelled) } else { Ok(fitted.into_iter().flatten().collect()) }
+    ) -> Result<Vec<Landing>, ModesError> {
+        let closed = |c: ForceCandidate| self.closed(screen, c, standing, asked, cancel);
+        let landed = candidates.into_par_iter().map(closed).collect();
+        if cancel.is_cancelled() { Err(ModesError::Cancelled) } else { Ok(landed) }
     }
 
     fn explains(&self, fitted: &FittedStructure) -> bool {
@@ -263,13 +304,14 @@ impl ForceSearch<'_> {
 }
 
 /// Adds a candidate, or puts it in the place of the same force that leaves more.
-fn keep_better(all: &mut Vec<FittedStructure>, fitted: FittedStructure) {
+fn keep_better(all: &mut Vec<FittedStructure>, landing: Landing) {
+    let Landing::Fitted(fitted) = landing else { return };
     let same = |f: &FittedStructure| {
         (f.candidate.effect, f.candidate.site) == (fitted.candidate.effect, fitted.candidate.site)
     };
     match all.iter().position(same) {
         Some(k) if all[k].error <= fitted.error => {}
-        Some(k) => all[k] = fitted,
-        None => all.push(fitted),
+        Some(k) => all[k] = *fitted,
+        None => all.push(*fitted),
     }
 }

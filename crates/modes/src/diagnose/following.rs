@@ -3,7 +3,7 @@
 use super::super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::super::judge::rms;
 use super::super::limits::{
-    BEGINNING, EXPLAINS, FOLLOWED, HELD_GAIN, HELD_STEPS, HOLDS, KEPT, LEAST_STRETCH, NEAR_NOISES, OF_SHORT,
+    BEGINNING, EXPLAINS, FOLLOWED, HELD_GAIN, HELD_STEPS, HOLDS, KEPT, LEAST_STRETCH, NEAR_NOISES, OF_FIRST, OF_SHORT,
     SAME_HOLDS, SAME_WAY, STATE_STEPS, STRETCH, WHOLE_STEPS,
 };
 use super::super::measurement::SensorSeries;
@@ -31,13 +31,27 @@ pub(super) struct Unseen {
 impl ForceSearch<'_> {
     /// Goes on from short stretches to ones that are held together ever more, then over whole records; where these cannot be followed,
     /// because small differences grow, the stretches stay. None where the error over stretches exceeds the bound, or what
-    /// is inside the force exceeds `most_inner`.
+    /// is inside the force exceeds `most_inner`. `known` has the errors with each hold of the start before, and then of this one.
     pub(super) fn follow(
         &self,
         begun: BegunFit,
         states: &States,
-        (parts, bound, most_inner): (usize, f64, f64),
+        limits: (usize, f64, f64),
         known: &mut Vec<f64>,
+        cancel: &Cancel,
+    ) -> Option<FollowedForce> {
+        let mut errors = Vec::new();
+        let found = self.followed(begun, states, limits, (known, &mut errors), cancel);
+        *known = errors;
+        found
+    }
+
+    fn followed(
+        &self,
+        begun: BegunFit,
+        states: &States,
+        (parts, bound, most_inner): (usize, f64, f64),
+        (known, errors): (&[f64], &mut Vec<f64>),
         cancel: &Cancel,
     ) -> Option<FollowedForce> {
         let (sensors, series) = (&self.measurement.sensors, &self.split.fitted);
@@ -45,13 +59,24 @@ impl ForceSearch<'_> {
         let (rest, offsets) = (whole_initial.is_empty(), course.offsets.clone());
         let whole =
             Course { segments: Segment::whole(series, 1.0), weights: Vec::new(), rest, offsets: offsets.clone() };
-        let mut errors = Vec::new();
         for hold in HOLDS {
             // What has come so far is worth all stretches.
             if errors.len() == SAME_HOLDS {
                 let starts = (0..series.len()).map(|r| begins(&model, &course, states, r)).collect();
                 (model, course) =
                     self.over_stretches(&model, starts, (series, &offsets, rest), self.held_share(), parts, cancel);
+            }
+            // The states of further stretches follow the jumps before they are held closer: together with all parameters they would lead these away.
+            if errors.len() == SAME_HOLDS {
+                course.weights = held(&model, HOLDS[SAME_HOLDS - 1]);
+                let of = course.along(sensors, series, parts);
+                let left;
+                (model, left) = model.fitted(of, Free::All, HELD_STEPS, HELD_GAIN, cancel)?;
+                // A force that is right leaves as little of all as of the first ones.
+                let all = (left.squares / left.samples as f64).sqrt();
+                if all > (OF_FIRST * error).max(NEAR_NOISES * self.noise) {
+                    return None;
+                }
             }
             if hold > HOLDS[0] {
                 course.weights = held(&model, hold);
@@ -84,7 +109,6 @@ impl ForceSearch<'_> {
                 }
             }
         }
-        *known = errors;
         let mut free_run = model.clone();
         free_run.initial = whole_initial;
         for (r, initial) in free_run.initial.iter_mut().enumerate() {

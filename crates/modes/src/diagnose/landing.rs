@@ -5,19 +5,20 @@ use super::super::identify::main_period;
 use super::super::judge::{Residuals, beats, rms};
 use super::super::limits::{
     BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, LAST_GAIN, LEFT_OUT, LEFT_OUT_STEPS, MODE_GAIN,
-    MOST_HALVINGS, MOST_MODES, NEAR_NOISES, POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
-    STEP_MATTERS, WHOLE_STEPS, WRONG_COUPLING,
+    MODES_MISSING, MOST_HALVINGS, MOST_MODES, NEAR_NOISES, POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS,
+    SCREENED_MODES, STEP_MATTERS, WHOLE_STEPS, WRONG_COUPLING,
 };
 use super::super::linear::{LinearTask, ModalFit};
 use super::super::motion::PARTS;
 use super::super::pole::Pole;
 use super::super::screen::{Along, ForceCandidate, Screen};
-use super::beginning::BegunFit;
+use super::beginning::{BegunError, BegunFit, States};
 use super::candidates::ForceStanding;
 use super::following::{FollowedForce, Unseen};
 use super::{FittedStructure, ForceSearch};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
+use std::collections::VecDeque;
 
 /// How a closed loop starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +38,49 @@ impl StartKind {
     }
 }
 
+/// What is asked of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// How near it comes to the data, unless short stretches leave more than noise with any number of modes.
+    First,
+    /// The same with more modes than at first.
+    MoreModes,
+    /// The same however much short stretches leave.
+    PutOff,
+}
+
+/// A start of a closed loop over short stretches.
+struct BegunStart {
+    fit: BegunFit,
+    states: States,
+    kind: StartKind,
+}
+
+/// The starts of a candidate, each made when it is asked for.
+struct StartQueue<'a> {
+    open: OpenFit<'a>,
+    kinds: VecDeque<StartKind>,
+    /// Whether the force acts the other way, once that was asked.
+    turned: Option<bool>,
+    /// Those that were made already.
+    begun: VecDeque<BegunStart>,
+}
+
+impl<'a> StartQueue<'a> {
+    fn new(open: OpenFit<'a>, kinds: &[StartKind]) -> Self {
+        Self { open, kinds: kinds.iter().copied().collect(), turned: None, begun: VecDeque::new() }
+    }
+}
+
+/// Where a candidate has come to.
+pub(super) enum Landing {
+    Fitted(Box<FittedStructure>),
+    /// Short stretches leave more than noise already: so many noises.
+    PutOff(Box<ForceCandidate>, f64),
+    /// It was no better than what stands.
+    Nowhere,
+}
+
 /// An open-loop fit along a candidate force.
 #[derive(Clone, Copy)]
 struct OpenFit<'a> {
@@ -49,13 +93,33 @@ struct OpenFit<'a> {
 
 impl ForceSearch<'_> {
     /// A candidate fitted in open loop, then in closed loop from several starts; a rival of one that explains the data gets
-    /// one start.
+    /// one start. One that is far from the data over short stretches already is put off.
     pub(super) fn closed(
+        &self,
+        screen: &Screen<'_>,
+        candidate: ForceCandidate,
+        standing: &ForceStanding,
+        asked: Asked,
+        cancel: &Cancel,
+    ) -> Landing {
+        let mut screened = candidate.clone();
+        let mut far = None;
+        match (self.landed(screen, candidate, standing, (asked, &mut far), cancel), far) {
+            (Some(fitted), _) => Landing::Fitted(Box::new(fitted)),
+            (None, Some((poles, noises))) => {
+                screened.start = Some(poles);
+                Landing::PutOff(Box::new(screened), noises)
+            }
+            (None, None) => Landing::Nowhere,
+        }
+    }
+
+    fn landed(
         &self,
         screen: &Screen<'_>,
         mut candidate: ForceCandidate,
         standing: &ForceStanding,
-        with_more_modes: bool,
+        (asked, far): (Asked, &mut Option<(Vec<Pole>, f64)>),
         cancel: &Cancel,
     ) -> Option<FittedStructure> {
         // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
@@ -66,12 +130,16 @@ impl ForceSearch<'_> {
         let bound = (BEHIND_NOISES * standing.noise).max(BEHIND * standing.error.min(self.linear_error()));
         let (mut done, mut explains) = (false, false);
         let mut got: Option<(FollowedForce, Unseen)> = None;
+        let mut way: Option<(usize, Vec<f64>)> = None;
         let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
         for round in 0..if rival { 1 } else { ROUNDS } {
             let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
+            let mut further = None;
             let fit = if round == 0 && near {
                 // Beside one that explains the data it must have what that one has, and no more.
                 task.refine(&standing.poles, RIVAL_STEPS, cancel)?
+            } else if let Some(poles) = candidate.start.take() {
+                task.fit(&poles)?
             } else {
                 let path = if round == 0 {
                     screen.start_path(&candidate, &known, most, cancel)?
@@ -82,14 +150,17 @@ impl ForceSearch<'_> {
                 let at = if explains && self.fixed.is_none() {
                     self.worth(screen, &candidate, &path)?
                 } else {
-                    self.start_modes(&candidate, &path, with_more_modes && round == 0, cancel)?
+                    self.start_modes(&candidate, &path, asked == Asked::MoreModes && round == 0, cancel)?
                 };
                 // Along a force that explains the data, only a mode that it had hidden is worth another fit: one with which less is left.
                 let (modes, left) = (path[at].0.poles.len(), path[at].1);
                 if done && got.as_ref().is_some_and(|g| modes <= g.0.model.modes() || left >= g.1.error) {
                     break;
                 }
-                let fit = path.into_iter().nth(at)?.0;
+                let mut path = path;
+                let after = path.split_off(at + 1);
+                further = (round == 0 && asked == Asked::First).then_some(after);
+                let fit = path.pop()?.0;
                 if explains || !self.chosen.0.is_empty() {
                     fit
                 } else {
@@ -97,8 +168,42 @@ impl ForceSearch<'_> {
                 }
             };
             // In a further round the second kind may be the first one again, which is all there is then.
-            let open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
-            let best_start = self.best_start(&open, &starts, (bound, near), cancel);
+            let richer;
+            let mut open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
+            let mut queue = StartQueue::new(open, &starts);
+            if round == 0 && asked == Asked::First && self.fixed.is_none() {
+                // What short stretches leave, a mode is missed for or another force: nothing else has the time to show.
+                let left = self.least_begun(&mut queue, cancel)?;
+                let most = if near { NEAR_NOISES } else { MODES_MISSING };
+                if left.noises() >= most {
+                    let path = further?;
+                    let more = match self.modes_for_stretches(&candidate, &path, 0, cancel) {
+                        Some((at, reached)) => {
+                            let more = path.into_iter().nth(at)?.0;
+                            Some((of_light_modes(&task, &more.poles)?.unwrap_or(more), reached))
+                        }
+                        None => None,
+                    };
+                    match more {
+                        Some((more, reached)) if reached.noises() < MODES_MISSING => richer = more,
+                        Some((more, reached)) if reached.error < left.error => {
+                            *far = Some((more.poles, reached.noises()));
+                            return None;
+                        }
+                        _ => {
+                            *far = Some((fit.poles, left.noises()));
+                            return None;
+                        }
+                    }
+                    open.fit = &richer;
+                    queue = StartQueue::new(open, &starts);
+                }
+            }
+            // As many modes that go the way of the round before come to where that came.
+            let modes = queue.open.fit.poles.len();
+            let mut errors = way.take().filter(|(k, _)| *k == modes).map(|w| w.1).unwrap_or_default();
+            let best_start = self.best_start(queue, (bound, near), &mut errors, cancel);
+            way = Some((modes, errors));
             let Some((found, kind)) = best_start else { break };
             // Where the starts part, they do so at first.
             starts = vec![kind];
@@ -184,49 +289,78 @@ impl ForceSearch<'_> {
         }
         let best = path.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
         let from = path.iter().position(|s| s.1 < ROUGH * best)?;
-        if with_more_modes { self.modes_for_stretches(candidate, path, from + 1, cancel) } else { Some(from) }
+        if with_more_modes {
+            self.modes_for_stretches(candidate, path, from + 1, cancel).map(|m| m.0)
+        } else {
+            Some(from)
+        }
     }
 
-    /// Of the kinds of start the one that leaves least in closed loop; where one is near the data already or this one explains them, the
-    /// first that can be followed.
-    fn best_start(
-        &self,
-        open: &OpenFit<'_>,
-        kinds: &[StartKind],
-        (bound, near): (f64, bool),
-        cancel: &Cancel,
-    ) -> Option<(FollowedForce, StartKind)> {
-        let OpenFit { task, fit, candidate, again } = *open;
+    /// The next start over short stretches; none where no further one can be made.
+    fn next_start(&self, queue: &mut StartQueue<'_>, cancel: &Cancel) -> Option<BegunStart> {
+        if let Some(begun) = queue.begun.pop_front() {
+            return Some(begun);
+        }
+        let OpenFit { task, fit, candidate, again } = queue.open;
         let across = Screen::across(self.measurement, candidate.site)?;
         let offsets = self.offsets(task, fit);
-        let parts = candidate.parts();
-        let mut best: Option<(FollowedForce, StartKind)> = None;
-        let mut errors = Vec::new();
-        let begin = |which: StartKind, turned: bool| {
-            let tried = [Some(which), again.then_some(StartKind::Plain)];
+        let begin = |kind: StartKind, turned: bool| {
+            let tried = [Some(kind), again.then_some(StartKind::Plain)];
             let start = |k| self.start(task, fit, candidate, &across, (k, turned));
             let (start, states) = tried.into_iter().flatten().find_map(start)?;
-            Some((self.begun(start, &states, &offsets, parts, cancel)?, states))
+            let fit = self.begun(start, &states, &offsets, candidate.parts(), cancel)?;
+            Some(BegunStart { fit, states, kind })
         };
-        let mut turned = None;
-        for which in kinds {
-            let mut begun = begin(*which, turned.unwrap_or(false));
+        while let Some(kind) = queue.kinds.pop_front() {
+            let mut begun = begin(kind, queue.turned.unwrap_or(false));
             // Which way a force acts is told by short stretches sooner than by responses along a rough force.
-            let sure = |b: &BegunFit| b.error < EXPLAINS * b.noise;
-            if turned.is_none() && candidate.effect.has_either_sign() && !begun.as_ref().is_some_and(|b| sure(&b.0)) {
-                let other = begin(*which, true);
-                let better = |o: &BegunFit| begun.as_ref().is_none_or(|b| o.error < b.0.error);
-                turned = Some(other.as_ref().is_some_and(|o| better(&o.0)));
-                if turned == Some(true) {
+            let sure = |b: &BegunStart| b.fit.error < EXPLAINS * b.fit.noise;
+            if queue.turned.is_none() && candidate.effect.has_either_sign() && !begun.as_ref().is_some_and(sure) {
+                let other = begin(kind, true);
+                let better = |o: &BegunStart| begun.as_ref().is_none_or(|b| o.fit.error < b.fit.error);
+                queue.turned = Some(other.as_ref().is_some_and(better));
+                if queue.turned == Some(true) {
                     begun = other;
                 }
             }
-            let Some((begun, states)) = begun else { continue };
-            let found = self.follow(begun, &states, (parts, bound, candidate.bounds.1), &mut errors, cancel);
-            let Some(found) = found else { continue };
+            if begun.is_some() {
+                return begun;
+            }
+        }
+        None
+    }
+
+    /// The least error over short stretches: of the first start that leaves no more than noise, else of all.
+    fn least_begun(&self, queue: &mut StartQueue<'_>, cancel: &Cancel) -> Option<BegunError> {
+        let mut begun = VecDeque::new();
+        while let Some(start) = self.next_start(queue, cancel) {
+            let enough = start.fit.left().noises() < MODES_MISSING;
+            begun.push_back(start);
+            if enough {
+                break;
+            }
+        }
+        queue.begun = begun;
+        queue.begun.iter().map(|b| b.fit.left()).min_by(|a, b| a.error.total_cmp(&b.error))
+    }
+
+    /// Of several starts the one that leaves least in closed loop; where one is near the data already or this one explains them, the
+    /// first that can be followed.
+    fn best_start(
+        &self,
+        mut queue: StartQueue<'_>,
+        (bound, near): (f64, bool),
+        known: &mut Vec<f64>,
+        cancel: &Cancel,
+    ) -> Option<(FollowedForce, StartKind)> {
+        let candidate = queue.open.candidate;
+        let mut best: Option<(FollowedForce, StartKind)> = None;
+        while let Some(BegunStart { fit, states, kind }) = self.next_start(&mut queue, cancel) {
+            let limits = (candidate.parts(), bound, candidate.bounds.1);
+            let Some(found) = self.follow(fit, &states, limits, known, cancel) else { continue };
             let good = found.error < EXPLAINS * self.noise_in(&found.residuals);
             if best.as_ref().is_none_or(|(b, _)| found.error < b.error) {
-                best = Some((found, *which));
+                best = Some((found, kind));
             }
             if good || near {
                 break;
