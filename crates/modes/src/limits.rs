@@ -162,10 +162,10 @@ pub(crate) const HOLDS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 /// Holds after which a start that has come to the error of the one before, within this share, is given up.
 pub(crate) const SAME_HOLDS: usize = 3;
 pub(crate) const SAME_WAY: f64 = 2e-3;
-/// Times the error over stretches that are hardly held together from which a start is given up once all stretches are held: where the force
+/// Times the error over stretches that are hardly held together from which a start is given up once they are held closer: where the force
 /// is right, these errors differ by less than a half, where it is wrong and they grow, by six to a hundred.
 pub(crate) const OF_SHORT: f64 = 4.0;
-/// The same of the error over the first stretches, as closely held, from which a start is given up.
+/// Times the error over the first stretches from which a start is given up that leaves so much of all, held as closely.
 pub(crate) const OF_FIRST: f64 = 2.0;
 /// Error over stretches that are hardly held together, in noises, up to which no mode is missing, and how many more are tried.
 pub(crate) const MODES_MISSING: f64 = 1.3;

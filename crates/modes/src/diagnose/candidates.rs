@@ -91,6 +91,8 @@ impl ForceSearch<'_> {
             let (near, mut count) = (chosen.len(), 0_usize);
             let again: Vec<ForceCandidate> =
                 chosen.iter().chain(&others).filter(|c| !c.effect.has_memory()).take(MOST_AGAIN).cloned().collect();
+            // Those that were asked with more modes.
+            let mut richer: Vec<(Effect, Site)> = Vec::new();
             // The first one mostly explains the data: it is fitted alone, and what follows side by side.
             let mut width = 1;
             while count < near + MOST_OTHERS && !(chosen.is_empty() && all.iter().any(explains)) {
@@ -109,23 +111,28 @@ impl ForceSearch<'_> {
                 if explained {
                     batch.retain(|c| c.error <= NEAR * nearest.to(c.effect));
                 }
-                for landing in self.side_by_side(&screen, batch, &self.standing(&all), Asked::First, cancel)? {
+                let kinds: Vec<(Effect, Site)> = batch.iter().map(|c| (c.effect, c.site)).collect();
+                let landed = self.side_by_side(&screen, batch, &self.standing(&all), Asked::First, cancel)?;
+                for (kind, landing) in kinds.into_iter().zip(landed) {
                     match landing {
                         Landing::Fitted(fitted) => all.push(*fitted),
-                        Landing::PutOff(candidate, noises) => put_off.push((*candidate, noises)),
-                        Landing::Nowhere => {}
+                        Landing::PutOff(candidate, noises) => {
+                            richer.push(kind);
+                            put_off.push((*candidate, noises));
+                        }
+                        Landing::Nowhere { richer: true } => richer.push(kind),
+                        Landing::Nowhere { richer: false } => {}
                     }
                 }
             }
             // Where none did, the true one may lack a mode that is seen only along its own force.
-            let is_put_off = |c: &ForceCandidate| put_off.iter().any(|(f, _)| (f.effect, f.site) == (c.effect, c.site));
-            // Those that were put off had more modes already.
-            let again: Vec<ForceCandidate> = again.into_iter().filter(|c| !is_put_off(c)).collect();
             let (near, rest): (Vec<_>, Vec<_>) = put_off.into_iter().partition(|p| p.1 < NEAR_NOISES);
             put_off = rest;
             let second: Vec<ForceCandidate> = near.into_iter().take(MOST_PUT_OFF).map(|p| p.0).collect();
             self.put_off(&screen, &second, &mut all, cancel)?;
             // Else modes may be hidden that the first ones were fitted without.
+            let again: Vec<ForceCandidate> =
+                again.into_iter().filter(|c| !richer.contains(&(c.effect, c.site))).collect();
             for batch in again.chunks(SIDE_BY_SIDE) {
                 let standing = self.standing(&all);
                 if standing.explained || !standing.poles.is_empty() {

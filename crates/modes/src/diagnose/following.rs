@@ -92,7 +92,7 @@ impl ForceSearch<'_> {
             }
             errors.push(error);
             // A force that is wrong stands for the right one over short stretches alone.
-            if errors.len() > SAME_HOLDS && error > (OF_SHORT * errors[0]).max(NEAR_NOISES * self.noise) {
+            if error > (OF_SHORT * errors[0]).max(NEAR_NOISES * self.noise) {
                 return None;
             }
             // From here on another start goes the same way.

@@ -77,8 +77,19 @@ pub(super) enum Landing {
     Fitted(Box<FittedStructure>),
     /// Short stretches leave more than noise already: so many noises.
     PutOff(Box<ForceCandidate>, f64),
-    /// It was no better than what stands.
-    Nowhere,
+    /// It was no better than what stands; with more modes than at first, or not.
+    Nowhere {
+        richer: bool,
+    },
+}
+
+/// What short stretches have told of a candidate.
+#[derive(Default)]
+struct ShortStretches {
+    /// The poles with which they leave least and so many noises, where it is put off.
+    put_off: Option<(Vec<Pole>, f64)>,
+    /// True if they asked for more modes and left no more than noise with them.
+    richer: bool,
 }
 
 /// An open-loop fit along a candidate force.
@@ -103,14 +114,14 @@ impl ForceSearch<'_> {
         cancel: &Cancel,
     ) -> Landing {
         let mut screened = candidate.clone();
-        let mut far = None;
-        match (self.landed(screen, candidate, standing, (asked, &mut far), cancel), far) {
+        let mut short = ShortStretches::default();
+        match (self.landed(screen, candidate, standing, (asked, &mut short), cancel), short.put_off) {
             (Some(fitted), _) => Landing::Fitted(Box::new(fitted)),
             (None, Some((poles, noises))) => {
                 screened.start = Some(poles);
                 Landing::PutOff(Box::new(screened), noises)
             }
-            (None, None) => Landing::Nowhere,
+            (None, None) => Landing::Nowhere { richer: short.richer },
         }
     }
 
@@ -119,7 +130,7 @@ impl ForceSearch<'_> {
         screen: &Screen<'_>,
         mut candidate: ForceCandidate,
         standing: &ForceStanding,
-        (asked, far): (Asked, &mut Option<(Vec<Pole>, f64)>),
+        (asked, short): (Asked, &mut ShortStretches),
         cancel: &Cancel,
     ) -> Option<FittedStructure> {
         // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
@@ -159,7 +170,7 @@ impl ForceSearch<'_> {
                 }
                 let mut path = path;
                 let after = path.split_off(at + 1);
-                further = (round == 0 && asked == Asked::First).then_some(after);
+                further = Some(after);
                 let fit = path.pop()?.0;
                 if explains || !self.chosen.0.is_empty() {
                     fit
@@ -171,12 +182,12 @@ impl ForceSearch<'_> {
             let richer;
             let mut open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
             let mut queue = StartQueue::new(open, &starts);
-            if round == 0 && asked == Asked::First && self.fixed.is_none() {
+            if (asked == Asked::First || round > 0) && !explains && self.fixed.is_none() {
                 // What short stretches leave, a mode is missed for or another force: nothing else has the time to show.
-                let left = self.least_begun(&mut queue, cancel)?;
-                let most = if near { NEAR_NOISES } else { MODES_MISSING };
+                let Some(left) = self.least_begun(&mut queue, cancel) else { break };
+                let most = if near && round == 0 { NEAR_NOISES } else { MODES_MISSING };
                 if left.noises() >= most {
-                    let path = further?;
+                    let path = if round == 0 { further? } else { further.unwrap_or_default() };
                     let more = match self.modes_for_stretches(&candidate, &path, 0, cancel) {
                         Some((at, reached)) => {
                             let more = path.into_iter().nth(at)?.0;
@@ -185,18 +196,22 @@ impl ForceSearch<'_> {
                         None => None,
                     };
                     match more {
-                        Some((more, reached)) if reached.noises() < MODES_MISSING => richer = more,
-                        Some((more, reached)) if reached.error < left.error => {
-                            *far = Some((more.poles, reached.noises()));
+                        Some((more, reached)) if reached.noises() < MODES_MISSING => {
+                            short.richer = true;
+                            richer = more;
+                            open.fit = &richer;
+                            queue = StartQueue::new(open, &starts);
+                        }
+                        Some((more, reached)) if round == 0 && reached.error < left.error => {
+                            short.put_off = Some((more.poles, reached.noises()));
                             return None;
                         }
-                        _ => {
-                            *far = Some((fit.poles, left.noises()));
+                        _ if round == 0 => {
+                            short.put_off = Some((fit.poles, left.noises()));
                             return None;
                         }
+                        _ => {}
                     }
-                    open.fit = &richer;
-                    queue = StartQueue::new(open, &starts);
                 }
             }
             // As many modes that go the way of the round before come to where that came.
