@@ -214,9 +214,9 @@ impl ForceSearch<'_> {
                     }
                 }
             }
-            // As many modes that go the way of the round before come to where that came.
+            // As many modes that go the way of the round before come to where that came; near the noise its own force is worth the way.
             let modes = queue.open.fit.poles.len();
-            let mut errors = way.take().filter(|(k, _)| *k == modes).map(|w| w.1).unwrap_or_default();
+            let mut errors = way.take().filter(|(k, _)| *k == modes && !explains).map(|w| w.1).unwrap_or_default();
             let best_start = self.best_start(queue, (bound, near), &mut errors, cancel);
             way = Some((modes, errors));
             let Some((found, kind)) = best_start else { break };
