@@ -101,12 +101,15 @@ fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height:
             }
         });
     }
-    if round.is_some_and(|r| r.finding == Finding::Unexplained && !r.place.profiles.is_empty()) {
+    let description = context.conclusion().and_then(|d| d.description.as_ref());
+    // A formula has a picture of its own.
+    if description.is_none() && round.is_some_and(|r| r.finding == Finding::Unexplained && !r.place.profiles.is_empty())
+    {
         ui.label(RichText::new("What is left, over the quantity that orders it best").strong());
         let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 260.0));
         figures::show(ui, canvas, context, (&WalkFigure::Left, None), Manner::new(size).compact(), acts);
     }
-    if let Some(description) = context.conclusion().and_then(|d| d.description.as_ref()) {
+    if let Some(description) = description {
         card(ui, colors.caution, |ui| {
             ui.add(egui::Label::new(raised(&description.sentence)).wrap());
             let size = vec2(ui.available_width(), (height - 90.0).clamp(130.0, 220.0));
