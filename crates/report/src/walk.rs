@@ -185,8 +185,8 @@ pub fn curve(curve: &Curve, title: &str, ink: Ink, unit: &str) -> Option<Figure>
     // Over time it is a dense curve, over a quantity of the motion a law, or a cloud where it depends on more.
     let over_time = curve.axis == "t";
     let shape = if over_time || curve.is_law() { Shape::Line(effect) } else { Shape::Dots(effect) };
-    let banded = curve.deviation.len() == curve.effect.len();
-    if banded && matches!(shape, Shape::Line(_)) {
+    let banded = !curve.deviation.is_empty() && matches!(shape, Shape::Line(_));
+    if banded {
         let span = |([at, force], error): (&[f64; 2], &f64)| [*at, force - 2.0 * error, force + 2.0 * error];
         let band = Shape::Band(curve.effect.iter().zip(&curve.deviation).map(span).collect());
         panel.layers.push(Layer::new(ink, "± 2 standard errors", band));
@@ -200,7 +200,7 @@ pub fn curve(curve: &Curve, title: &str, ink: Ink, unit: &str) -> Option<Figure>
         (head(&panel.x, " of the effect"), part(&curve.effect, 0)),
         (Scale::plain(unit).axis("force of the effect"), part(&curve.effect, 1)),
     ];
-    if banded {
+    if !curve.deviation.is_empty() {
         panel.columns.push((Scale::plain(unit).axis("std error of the effect"), curve.deviation.clone()));
     }
     let caption = format!(

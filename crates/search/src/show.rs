@@ -85,15 +85,13 @@ impl Search {
         let coefficients = composition.positions().coefficients;
         let covariance = &fitted.refined.covariance;
         let inflation = self.inflation(fitted);
+        let error = |i: usize, j: usize| inflation * covariance[(coefficients[own[i]], coefficients[own[j]])];
         let known = own.iter().all(|k| coefficients[*k] < covariance.nrows());
-        let errors = DMatrix::from_fn(own.len(), own.len(), |i, j| {
-            if known { inflation * covariance[(coefficients[own[i]], coefficients[own[j]])] } else { f64::NAN }
-        });
+        let errors = known.then(|| DMatrix::from_fn(own.len(), own.len(), error));
         let axes = [ForceAxis::Displacement, ForceAxis::Velocity].into_iter();
         let axes = axes.chain((0..self.data.layout.inputs).map(ForceAxis::Input));
-        let curves = axes.map(|axis| {
-            self.partial_residuals((axis, site), (before, fitted), (&own, known.then_some(&errors)), motion)
-        });
+        let curves =
+            axes.map(|axis| self.partial_residuals((axis, site), (before, fitted), (&own, errors.as_ref()), motion));
         curves.min_by(|a, b| a.winding().total_cmp(&b.winding())).unwrap_or_default()
     }
 
