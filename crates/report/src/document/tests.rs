@@ -442,7 +442,7 @@ fn the_walk_is_told_in_every_document() {
     // Of a force without errors nothing is said of them, nor of one that was not fitted.
     diagnosis.description.as_mut().expect("a description").curve.deviation.clear();
     diagnosis.rounds[0].candidates[0].curve.effect.clear();
-    assert!(!page(&diagnosis).contains("with two standard errors"));
+    assert!(!page(&diagnosis).contains("with two standard errors as the fit gives them"));
     diagnosis.stages.truncate(1);
     diagnosis.rounds.clear();
     assert_balanced(&page(&diagnosis));
