@@ -86,11 +86,14 @@ fn plant(force: Option<&'static Unnamed>, draw: usize, seed: u64) -> Plant {
     strengths.map(with).find(bounded).unwrap_or_else(|| with(0.0))
 }
 
-fn diagnosed(plant: &Plant) -> Result<(Diagnosis, f64), Box<dyn std::error::Error>> {
+/// What the search says, the true noise, and its effort in millions of integration steps.
+fn diagnosed(plant: &Plant) -> Result<(Diagnosis, f64, f64), Box<dyn std::error::Error>> {
     let (set, noise): (RecordSet, f64) = records(plant);
     let base: Vec<Term> = plant.base.split(',').map(Term::parse).collect::<Result<_, _>>()?;
     let ask = Ask { base: Some(base), ..Ask::default() };
-    Ok((Search::new(&set, &ask)?.diagnose(&|_| {}, &Cancel::default())?, noise))
+    let search = Search::new(&set, &ask)?;
+    let found = search.diagnose(&|_| {}, &Cancel::default())?;
+    Ok((found, noise, 1e-6 * search.effort().steps as f64))
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -106,7 +109,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for draw in (0..3).filter(|draw| !(force.driven && draw % 3 == 2)) {
             let started = Instant::now();
             let plant = plant(Some(force), draw, 1000 + 100 * kind as u64 + 10 * draw as u64);
-            let (found, noise) = diagnosed(&plant)?;
+            let (found, noise, effort) = diagnosed(&plant)?;
             draws += 1;
             let names: Vec<&str> = found.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
             let error = |stage: &sindyscope_search::Stage| stage.gap.test_rmse.unwrap_or(f64::NAN) / noise;
@@ -135,7 +138,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
             }
             println!(
-                "{:16} {} {:15} {:24} {base:.2} → {of_steps:.2} noises {said} ({:.1} s)",
+                "{:16} {} {:15} {:24} {base:.2} → {of_steps:.2} noises {said} ({effort:.0} million steps, {:.1} s)",
                 text,
                 ["multisine", "tones    ", "free     "][draw],
                 found.verdict.word(),
@@ -146,7 +149,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut wrong = 0;
     for draw in 0..still {
-        let (found, _) = diagnosed(&plant(None, draw, 50_000 + draw as u64))?;
+        let (found, ..) = diagnosed(&plant(None, draw, 50_000 + draw as u64))?;
         if let Some(d) = &found.description {
             wrong += 1;
             println!("nothing hidden, draw {draw}: {} described as {}", found.verdict.word(), d.terms.join(", "));

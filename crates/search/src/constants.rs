@@ -219,6 +219,13 @@ impl Constants {
         self.steps.div_ceil(3)
     }
 
+    /// Integration steps after which a walk looks no further: what every set may take that as many looks propose as a set may have
+    /// effects, in three fits each. Walks that named rightly in the studies took less before their last look.
+    pub(super) fn effort_of_looks(&self) -> usize {
+        let proposed: usize = (1..=LARGEST_SET).map(|effects| self.proposals_of(effects)).sum();
+        3 * LARGEST_SET * proposed * self.effort
+    }
+
     /// Sets of so many effects that are proposed at most.
     pub(super) fn proposals_of(&self, effects: usize) -> usize {
         (self.proposals * (LARGEST_SET + 1 - effects.clamp(1, LARGEST_SET))).div_ceil(LARGEST_SET)

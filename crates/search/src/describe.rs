@@ -11,10 +11,10 @@ use super::fit::Fitted;
 use super::judge::Hypothesis;
 use super::outcome::{Description, Finding, Stage};
 use super::progress::Progress;
+use super::propose::Proposal;
 use super::ruling::Tried;
 use super::search::{Depth, Keep, Listener, Search};
 use super::words::described;
-use sindyscope_core::refine::Bar;
 use sindyscope_core::study::Cancel;
 
 /// What a formula is: so many terms at most.
@@ -48,19 +48,26 @@ impl Search {
             let of_terms =
                 |k: &usize| words_of(tried, &tried.sets[*k]).len() == terms && tried.sets[*k].unborne.is_none();
             let Some(best) = tried.best().into_iter().find(of_terms).filter(|_| enough == usize::MAX) else { break };
+            if !self.is_worth_a_term(tried, best) {
+                break;
+            }
             let before = Arc::clone(&tried.sets[best].fitted);
             self.try_formulas(&before, terms, &mut enough, tried, tell, cancel)?;
         }
         self.close(tried, &kept, cancel);
         self.settle(tried, cancel);
-        self.rule(tried, &[]);
+        self.rule(tried, &[], cancel);
         if cancel.is_cancelled() {
             return Err(GapError::Cancelled);
         }
+        let nearest = |tried: &Tried| tried.nearest(|set| words_of(tried, set).is_empty());
+        while let Some(k) = nearest(tried)
+            && self.ask(tried, std::iter::once(k), cancel)
+            && !cancel.is_cancelled()
+        {}
         let terms_of = |set: &Hypothesis| words_of(tried, set);
         let Some(winner) = tried.winner().filter(|w| !terms_of(w).is_empty()) else { return Ok(None) };
-        let without = tried.sets.iter().filter(|s| s.unborne.is_none() && terms_of(s).is_empty());
-        let Some(nearest) = without.max_by(|a, b| a.sum().total_cmp(&b.sum())) else { return Ok(None) };
+        let Some(nearest) = nearest(tried).map(|k| &tried.sets[k]) else { return Ok(None) };
         let names: Vec<String> = tried.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let alike = tried.ruling.rivals.iter().map(|k| terms_of(&tried.sets[*k])).filter(|terms| !terms.is_empty());
@@ -86,6 +93,19 @@ impl Search {
         Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence }))
     }
 
+    /// False if the last term of a formula takes away next to nothing of what is left without it: then none is on the way to what
+    /// is missing.
+    fn is_worth_a_term(&self, tried: &Tried, set: usize) -> bool {
+        let of = &tried.sets[set];
+        let without = |k: &usize| of.forms.iter().copied().filter(|form| form != k).collect::<Vec<_>>();
+        let terms = of.forms.iter().filter(|k| tried.forms[**k].effect == DESCRIPTION);
+        let shorter = terms.filter_map(|k| tried.place(&without(k))).map(|k| &tried.sets[k].fitted);
+        // Errors along stretches of other lengths cannot be compared.
+        let alike = shorter.filter(|fitted| fitted.level == of.fitted.level);
+        let least = alike.map(|fitted| fitted.error()).fold(f64::INFINITY, f64::min);
+        of.fitted.error() < (1.0 - 0.5 * self.data.constants.matters_noises) * least
+    }
+
     /// Fits formulas beside a model that has so many terms of one already, and adds them to what was tried.
     fn try_formulas(
         &self,
@@ -108,23 +128,19 @@ impl Search {
         if tried.place(&present).is_none() {
             tried.sets.push(self.hypothesis(present, (**before).clone(), cancel));
         }
-        let bar = Bar::default();
-        for proposal in proposals {
-            if cancel.is_cancelled() {
-                return Err(GapError::Cancelled);
+        let wanted = |enough: &usize, proposal: &Proposal, set: &[usize]| {
+            terms + proposal.forms.len() <= MOST_TERMS && set.len() <= *enough
+        };
+        let taken = |enough: &mut usize, _: &Proposal, set: Option<&Hypothesis>| {
+            let explains = |set: &&Hypothesis| {
+                set.unborne.is_none() && data.is_within(&set.fitted, data.noise, data.constants.explaining(), cancel)
+            };
+            if let Some(set) = set.filter(explains) {
+                *enough = (*enough).min(set.forms.len());
             }
-            let set = tried.indices(&proposal.composition);
-            let long = terms + proposal.forms.len() > MOST_TERMS || set.len() > *enough;
-            if long || tried.place(&set).is_some() {
-                continue;
-            }
-            if let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel) {
-                let explaining = data.constants.explaining();
-                if set.unborne.is_none() && data.is_within(&set.fitted, data.noise, explaining, cancel) {
-                    *enough = (*enough).min(set.forms.len());
-                }
-                tried.sets.push(set);
-            }
+        };
+        if !self.fit_in_turn(proposals, tried, enough, (wanted, taken, |_| ()), cancel) {
+            return Err(GapError::Cancelled);
         }
         Ok(())
     }

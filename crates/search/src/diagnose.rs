@@ -11,7 +11,7 @@ use super::ruling::Tried;
 use super::search::Search;
 use super::words::{Doubt, remaining, sentence, titles};
 use sindyscope_core::clock::Stopwatch;
-use sindyscope_core::refine::{Goal, Landed, Refined, shoot};
+use sindyscope_core::refine::{Goal, shoot};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
 
@@ -159,13 +159,7 @@ impl Search {
         let (composition, period) = (&fitted.composition, fitted.period);
         let whole = self.data.whole();
         let goal = Goal { period, ..self.data.goal(WHOLE, self.data.options(&cancelled, constants.steps, None)) };
-        let mut reached = Landed {
-            refined: Refined::clone(&fitted.refined),
-            runs: fitted.runs.to_vec(),
-            level: fitted.level,
-            period,
-            whole: false,
-        };
+        let mut reached = fitted.landed();
         while !reached.whole {
             let from = (reached.refined.point.shared.as_slice(), Some(reached.of(composition)));
             let longer = shoot(composition, &whole, from, reached.level + 1, goal, constants.steps);

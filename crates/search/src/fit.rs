@@ -31,11 +31,14 @@ pub(super) struct Fitted {
     pub(super) level: usize,
     /// Period that the shortest segments are measured by, s.
     pub(super) period: f64,
-    /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones.
+    /// False if it lost on the data fitted, and was not asked what it leaves on others.
+    pub(super) asked: bool,
+    /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones; none if it was not asked.
     pub(super) folds: Vec<Fold>,
-    /// Shared parameters fitted without the data of each fold; none where whole records are held out.
+    /// Shared parameters fitted without the data of each fold; none where whole records are held out. Those of all data if it was
+    /// not asked, which flatter it.
     pub(super) refitted: Vec<Vec<f64>>,
-    /// The response along each held-out record, empty where it does not last.
+    /// The response along each held-out record, empty where it does not last, and if it was not asked.
     pub(super) held_out: Vec<Followed>,
     pub(super) gap: Gap,
 }
@@ -87,6 +90,17 @@ impl Fitted {
     /// Terms of the accelerations.
     pub(super) fn terms(&self) -> Vec<Placed> {
         self.composition.compose(&self.parameters.inner).terms
+    }
+
+    /// The fit to the data fitted.
+    pub(super) fn landed(&self) -> Landed {
+        Landed {
+            refined: Refined::clone(&self.refined),
+            runs: self.runs.to_vec(),
+            level: self.level,
+            period: self.period,
+            whole: self.level == WHOLE,
+        }
     }
 
     /// RMS of the residuals, initial values allowed for.
@@ -281,6 +295,16 @@ impl Data {
 
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
+        self.held_against(composition, landed, true, cancel)
+    }
+
+    /// A fit that lost on the data fitted: it is not asked what it leaves on others. Where it is held against others all the same,
+    /// it is flattered by parameters that saw all data, and loses still.
+    pub(super) fn unasked(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
+        self.held_against(composition, landed, false, cancel)
+    }
+
+    fn held_against(&self, composition: Composition, landed: Landed, asked: bool, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
         let Landed { refined, runs, level, period, whole } = landed;
         let level = if whole { WHOLE } else { level };
@@ -308,6 +332,10 @@ impl Data {
         let mut held_out = Vec::new();
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
+            if !asked {
+                held_out.push(Followed::default());
+                continue;
+            }
             if let Some(initial) = self.initial {
                 let (followed, fold) = self.predicted_after(initial, &composition, &refined.point.shared, s, cancel);
                 folds.push(fold.unwrap_or_else(|| lost(&[s.run()])));
@@ -324,6 +352,10 @@ impl Data {
         }
         let steps = self.constants.few_steps();
         for (train, test) in self.folds() {
+            if !asked {
+                refitted.push(refined.point.shared.clone());
+                continue;
+            }
             let goal = Goal { period, ..self.goal(level, self.options(&cancelled, steps, None)) };
             let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, steps);
             let found = again
@@ -362,6 +394,7 @@ impl Data {
             runs: runs.into(),
             level,
             period,
+            asked,
             folds,
             refitted,
             held_out,

@@ -15,6 +15,7 @@ use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use nalgebra::{DMatrix, DVector};
+use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::{
     Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, refine, shoot,
 };
@@ -24,6 +25,17 @@ use sindyscope_core::study::Cancel;
 /// places in each. The last is finer than a fit's steps.
 const LOOKED_THROUGH: [f64; 3] = [10.0, 1.3, 1.05];
 const PLACES: usize = 12;
+/// Proposals that are fitted at a time: so many for one core each.
+const SIDE_BY_SIDE: usize = 2;
+
+/// What the proposals that were fitted so far have come to.
+#[derive(Default)]
+struct Explained {
+    /// The gain in the regression of a set that explains the data: others are fitted only near it, or to be shown.
+    gain: Option<f64>,
+    /// Single effects that were fitted to be shown.
+    shown: usize,
+}
 
 impl Search {
     /// The model with exactly these effects, fitted.
@@ -40,7 +52,9 @@ impl Search {
             return Err(impossible());
         }
         let start = self.data.propose_exactly(&base.composition, &base.parameters.inner, &forms, cancel);
-        let set = start.and_then(|start| self.fitted_set(start, Vec::new(), None, cancel)).ok_or_else(impossible)?;
+        let set = start
+            .and_then(|start| self.fitted_set(start, Vec::new(), None, &|_| false, cancel))
+            .ok_or_else(impossible)?;
         Ok(Fitted::clone(&set.fitted))
     }
 
@@ -71,41 +85,28 @@ impl Search {
             let shared = Parameters { coefficients, inner: all }.row();
             proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
         }
+        let single = |proposal: &Proposal| proposal.composition.forms.len() == composition.forms.len() + 1;
         tried.know(composition.forms.iter().chain(forms));
         if tried.place(&tried.indices(composition)).is_none() {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
-        let bar = Bar::default();
-        let count = proposals.len();
-        // The gain in the regression of a set that explains the data: others are fitted only near it, or to be shown.
-        let mut explained: Option<f64> = None;
-        let mut shown = 0;
-        for (k, proposal) in proposals.into_iter().enumerate() {
-            if cancel.is_cancelled() {
-                return false;
-            }
-            let single = proposal.composition.forms.len() == composition.forms.len() + 1;
-            if let Some(gain) = explained {
-                let near = proposal.gain >= (1.0 - constants.close_gain) * gain - constants.lead;
-                let common = proposal.forms.iter().all(|k| forms[*k].is_common());
-                let is_shown = single && common && shown < constants.shown && proposal.gain > 0.0;
-                if !near && !is_shown {
-                    continue;
-                }
-            }
+        let wanted = |state: &Explained, proposal: &Proposal, _: &[usize]| {
+            let Some(gain) = state.gain else { return true };
+            let near = proposal.gain >= (1.0 - constants.close_gain) * gain - constants.lead;
+            let common = proposal.forms.iter().all(|k| forms[*k].is_common());
+            near || single(proposal) && common && state.shown < constants.shown && proposal.gain > 0.0
+        };
+        let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
-            shown += usize::from(single && explained.is_some() && proposal.gain.is_finite());
-            tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * k as f64 / count as f64));
-            let gain = proposal.gain;
-            let set = tried.indices(&proposal.composition);
-            if tried.place(&set).is_none()
-                && let Some(set) = self.fitted_set(proposal, set, Some(&bar), cancel)
-            {
-                let explains =
-                    set.unborne.is_none() && data.is_within(&set.fitted, data.noise, constants.explaining(), cancel);
-                explained = explained.or(explains.then_some(gain));
-                tried.sets.push(set);
-            }
+            state.shown += usize::from(single(proposal) && state.gain.is_some() && proposal.gain.is_finite());
+            let explains = |set: &Hypothesis| {
+                set.unborne.is_none() && data.is_within(&set.fitted, data.noise, constants.explaining(), cancel)
+            };
+            state.gain = state.gain.or(set.is_some_and(explains).then_some(proposal.gain));
+        };
+        let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
+        if !self.fit_in_turn(proposals, tried, &mut Explained::default(), (wanted, taken, told), cancel) {
+            return false;
         }
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
         self.close(tried, &[], cancel);
@@ -116,6 +117,106 @@ impl Search {
         self.settle(tried, cancel);
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
         !cancel.is_cancelled()
+    }
+
+    /// Fits proposals in their order and adds them to those tried: those that are `wanted` still when their turn comes, after
+    /// what was `taken` before them. False if cancelled.
+    ///
+    /// The first stands alone, as it often explains the data. Of the others so many are fitted side by side, each held against
+    /// those before all of them, that what is found does not hang on the number of cores.
+    pub(super) fn fit_in_turn<S>(
+        &self,
+        proposals: Vec<Proposal>,
+        tried: &mut Tried,
+        state: &mut S,
+        (wanted, mut taken, told): (
+            impl Fn(&S, &Proposal, &[usize]) -> bool,
+            impl FnMut(&mut S, &Proposal, Option<&Hypothesis>),
+            impl Fn(f64),
+        ),
+        cancel: &Cancel,
+    ) -> bool {
+        let bar = Bar::default();
+        let count = proposals.len();
+        let mut waiting = proposals.into_iter().enumerate().peekable();
+        while let Some((first, _)) = waiting.peek() {
+            if cancel.is_cancelled() {
+                return false;
+            }
+            let first = *first;
+            told(first as f64 / count as f64);
+            let mut next: Vec<(Vec<usize>, Proposal)> = Vec::new();
+            while next.len() < if first == 0 { 1 } else { SIDE_BY_SIDE }
+                && let Some((_, proposal)) = waiting.next()
+            {
+                let set = tried.indices(&proposal.composition);
+                if !wanted(state, &proposal, &set) || next.iter().any(|(other, _)| *other == set) {
+                    continue;
+                }
+                match tried.place(&set) {
+                    Some(_) => taken(state, &proposal, None),
+                    None => next.push((set, proposal)),
+                }
+            }
+            let fit = |(set, proposal): (Vec<usize>, Proposal)| {
+                let own = Bar::of(bar.least());
+                let lost = |landed: &Landed| self.has_lost(landed, tried);
+                let fitted = self.fitted_set(proposal.clone(), set.clone(), Some(&own), &lost, cancel);
+                (set, proposal, fitted, own.least())
+            };
+            for (set, proposal, fitted, least) in next.into_par_iter().map(fit).collect::<Vec<_>>() {
+                if wanted(state, &proposal, &set) {
+                    bar.reached(least);
+                    taken(state, &proposal, fitted.as_ref());
+                    tried.sets.extend(fitted);
+                }
+            }
+        }
+        true
+    }
+
+    /// Fits sets that do not hang on one another, from where they start. Each has a bar of its own: its effort is bounded as a
+    /// rival's is, and it is not given up.
+    fn fit_each(&self, sets: Vec<(Vec<usize>, Option<Proposal>)>, tried: &Tried, cancel: &Cancel) -> Vec<Hypothesis> {
+        let lost = |landed: &Landed| self.has_lost(landed, tried);
+        let fit = |(set, start): (Vec<usize>, Option<Proposal>)| {
+            self.fitted_set(start.filter(|_| !cancel.is_cancelled())?, set, Some(&Bar::default()), &lost, cancel)
+        };
+        sets.into_par_iter().map(fit).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// True if a fit leaves so much more on the data fitted than one that was tried, and than noise, that it has lost whatever it
+    /// predicts. One that follows them less far may leave less for that.
+    fn has_lost(&self, landed: &Landed, tried: &Tried) -> bool {
+        let level = if landed.whole { WHOLE } else { landed.level };
+        let as_far = |set: &&Hypothesis| set.fitted.level >= level && set.unborne.is_none();
+        let least = tried.sets.iter().filter(as_far).map(|set| set.fitted.error()).fold(f64::INFINITY, f64::min);
+        landed.error().powi(2) > self.data.constants.far_behind * least.max(self.data.noise).powi(2)
+    }
+
+    /// What a fit that was not asked leaves on data never fitted, asked now.
+    pub(super) fn asked(&self, fitted: &Arc<Fitted>, cancel: &Cancel) -> Arc<Fitted> {
+        if fitted.asked {
+            return Arc::clone(fitted);
+        }
+        let asked = Arc::new(self.data.judged(fitted.composition.clone(), fitted.landed(), cancel));
+        self.keep(Arc::clone(&asked));
+        asked
+    }
+
+    /// Asks those sets what they leave on data never fitted that were not asked yet; false if there were none.
+    pub(super) fn ask(&self, tried: &mut Tried, sets: impl Iterator<Item = usize>, cancel: &Cancel) -> bool {
+        let unasked: Vec<usize> = sets.filter(|k| !tried.sets[*k].fitted.asked).collect();
+        let ask = |k: &usize| {
+            let fitted = self.asked(&tried.sets[*k].fitted, cancel);
+            let blocks = self.data.densities(&fitted, cancel);
+            (*k, fitted, blocks)
+        };
+        let asked: Vec<_> = unasked.par_iter().map(ask).collect();
+        for (k, fitted, blocks) in asked {
+            (tried.sets[k].fitted, tried.sets[k].blocks) = (fitted, blocks);
+        }
+        !unasked.is_empty()
     }
 
     /// What rests while the force on it changes is held by dry friction, each kind of which is tried before all else. The
@@ -139,21 +240,20 @@ impl Search {
     pub(super) fn close(&self, tried: &mut Tried, kept: &[usize], cancel: &Cancel) {
         let Some(base) = self.known(&[]) else { return };
         let has = |set: &[usize]| kept.iter().all(|k| set.contains(k));
+        let mut parts: Vec<(Vec<usize>, Option<Proposal>)> = Vec::new();
         for whole in tried.best().into_iter().take(self.data.constants.sets_with_parts) {
             let of_kept = has(&tried.sets[whole].forms);
             for part in tried.parts_of(&tried.sets[whole].forms) {
-                if of_kept && !has(&part) {
-                    continue;
-                }
-                if cancel.is_cancelled() || tried.place(&part).is_some() {
+                let known = tried.place(&part).is_some() || parts.iter().any(|(other, _)| *other == part);
+                if known || of_kept && !has(&part) {
                     continue;
                 }
                 let start = self.part_of(&base, &tried.sets[whole].fitted, &part, tried, cancel);
-                // A bar of its own: its effort is bounded as a rival's is, and it is not given up.
-                let bar = Bar::default();
-                tried.sets.extend(start.and_then(|start| self.fitted_set(start, part, Some(&bar), cancel)));
+                parts.push((part, start));
             }
         }
+        let parts = self.fit_each(parts, tried, cancel);
+        tried.sets.extend(parts);
     }
 
     /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone, and where the set leaves
@@ -187,15 +287,16 @@ impl Search {
             }
         }
         exchanged.retain(|other| tried.place(other).is_none());
-        let before = tried.sets.len();
-        for other in exchanged {
-            if cancel.is_cancelled() {
-                break;
-            }
+        exchanged.sort();
+        exchanged.dedup();
+        let start = |other: Vec<usize>| {
             let start = self.part_of(&base, &fitted, &other, tried, cancel);
-            let bar = Bar::default();
-            tried.sets.extend(start.and_then(|start| self.fitted_set(start, other, Some(&bar), cancel)));
-        }
+            (other, start)
+        };
+        let exchanged = exchanged.into_iter().map(start).collect();
+        let before = tried.sets.len();
+        let exchanged = self.fit_each(exchanged, tried, cancel);
+        tried.sets.extend(exchanged);
         tried.sets.len() > before
     }
 
@@ -256,23 +357,24 @@ impl Search {
         // A name too many comes of a part that was not fitted to its end.
         near.sort_by_key(|k| !part(*k));
         near.truncate(constants.fitted_again);
-        for k in near {
-            let Hypothesis { forms, fitted, .. } = tried.sets[k].clone();
-            if self.data.is_within(&fitted, self.data.noise, constants.explaining(), cancel) || cancel.is_cancelled() {
-                continue;
+        let again = |k: usize| -> Option<(usize, Hypothesis)> {
+            let Hypothesis { forms, fitted, .. } = &tried.sets[k];
+            if self.data.is_within(fitted, self.data.noise, constants.explaining(), cancel) || cancel.is_cancelled() {
+                return None;
             }
             let composition = &fitted.composition;
             let transferred = composition.transferred(&fitted.parameters, &first.composition, &first.parameters).row();
             let again = (k != best)
                 .then(|| self.landed(composition, &composition.clamped(&transferred), Some(&Bar::default()), cancel))
                 .flatten();
-            let by_stretches = self.by_stretches(&fitted, cancel);
+            let by_stretches = self.by_stretches(fitted, cancel);
             let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
             let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
-            if let Some(landed) = landed.filter(|l| l.refined.rss < left(&tried.sets[k])) {
-                let fitted = self.data.judged(composition.clone(), landed, cancel);
-                tried.sets[k] = self.hypothesis(forms, fitted, cancel);
-            }
+            let landed = landed.filter(|l| l.refined.rss < left(&tried.sets[k]))?;
+            Some((k, self.hypothesis(forms.clone(), self.data.judged(composition.clone(), landed, cancel), cancel)))
+        };
+        for (k, set) in near.into_par_iter().filter_map(again).collect::<Vec<_>>() {
+            tried.sets[k] = set;
         }
     }
 
@@ -284,7 +386,7 @@ impl Search {
         let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
         let whole = self.data.whole();
         let first = shoot(composition, &whole, (shared, None), 0, goal, constants.few_steps())?;
-        let first = self.looked_through(composition, first, cancel);
+        let first = self.looked_through(composition, first, None, cancel);
         if constants.explaining().0 * first.error() > fitted.error() {
             return None;
         }
@@ -297,22 +399,27 @@ impl Search {
         simpler.map_or_else(|| before.with(form), |index| before.without(index).with(form))
     }
 
-    /// Fits a proposal; a damper of the base may push where data never fitted say so.
+    /// Fits a proposal; a damper of the base may push where data never fitted say so. A fit that has `lost` is not asked.
     pub(super) fn fitted_set(
         &self,
         proposal: Proposal,
         forms: Vec<usize>,
         bar: Option<&Bar>,
+        lost: &(dyn Fn(&Landed) -> bool + Sync),
         cancel: &Cancel,
     ) -> Option<Hypothesis> {
         let Proposal { composition, shared, .. } = proposal;
         let constants = &self.data.constants;
         self.data.counters.fit();
         let free = Composition { passive: false, ..composition.clone() };
-        let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| {
-            let fitted = self.data.judged(free.clone(), landed, cancel);
+        let held_against = |composition: &Composition, landed: Landed| {
+            let fitted = match lost(&landed) {
+                true => self.data.unasked(composition.clone(), landed, cancel),
+                false => self.data.judged(composition.clone(), landed, cancel),
+            };
             self.hypothesis(forms.clone(), fitted, cancel)
-        });
+        };
+        let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| held_against(&free, landed));
         let pushes = lifted.as_ref().is_some_and(|set| {
             let parameters = &set.fitted.parameters;
             let dampers = free.dampers(&parameters.inner);
@@ -320,15 +427,12 @@ impl Search {
         });
         let hopeless =
             lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.far_behind * b.least());
-        if !composition.passive || !pushes || hopeless {
+        if !composition.passive || !pushes || hopeless || lifted.as_ref().is_some_and(|set| !set.fitted.asked) {
             return lifted;
         }
         let lifted = lifted?;
         let start = Composition::clamped(&composition, &lifted.fitted.refined.point.shared);
-        let bounded = self.landed(&composition, &start, bar, cancel).map(|landed| {
-            let fitted = self.data.judged(composition.clone(), landed, cancel);
-            self.hypothesis(forms, fitted, cancel)
-        });
+        let bounded = self.landed(&composition, &start, bar, cancel).map(|landed| held_against(&composition, landed));
         match bounded {
             Some(bounded) if !constants.beats(&lifted, &bounded, constants.lead) => Some(bounded),
             _ => Some(lifted),
@@ -350,9 +454,9 @@ impl Search {
         let short_if_wrong = !composition.forms.is_empty();
         let goal = Goal { short_if_wrong, ..data.goal(WHOLE, data.options(&cancelled, data.constants.steps, bar)) };
         let begun = || Point::new(composition, &whole, shared.to_vec(), false);
-        let point = self.between_rests(composition, shared, cancel).unwrap_or_else(begun);
+        let point = self.between_rests(composition, shared, bar, cancel).unwrap_or_else(begun);
         let landed = land(composition, &whole, &point, goal)
-            .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
+            .map(|l| if l.whole { self.looked_through(composition, l, bar, cancel) } else { l });
         if let (Some(landed), Some(bar)) = (&landed, bar) {
             bar.reached(landed.refined.rss);
         }
@@ -361,12 +465,12 @@ impl Search {
 
     /// No slope leads across a jump of the response: an inner quantity in which it jumps is looked for in its whole range, then
     /// nearer by; so is the force of sliding, the force that holds staying as it is.
-    fn looked_through(&self, composition: &Composition, landed: Landed, cancel: &Cancel) -> Landed {
+    fn looked_through(&self, composition: &Composition, landed: Landed, bar: Option<&Bar>, cancel: &Cancel) -> Landed {
         let positions = composition.positions();
         let terms = composition.places(&composition.middle());
         let cancelled = || cancel.is_cancelled();
-        let options =
-            FitOptions { driven: !landed.whole, ..self.data.options(&cancelled, self.data.constants.steps, None) };
+        let options = self.data.options(&cancelled, self.data.constants.steps, bar);
+        let options = FitOptions { driven: !landed.whole, bar: None, ..options };
         let mut best = landed;
         for (k, form) in composition.forms.iter().enumerate() {
             let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);
@@ -385,7 +489,8 @@ impl Search {
                         }
                         Some((misfit(composition, &best.runs, &point, options)?, point))
                     };
-                    let nearest = range.into_iter().filter_map(at).min_by(|a, b| a.0.total_cmp(&b.0));
+                    let looked: Vec<_> = range.into_par_iter().filter_map(at).collect();
+                    let nearest = looked.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
                     if let Some((_, point)) = nearest.filter(|(left, _)| *left < best.refined.rss)
                         && let Some(refined) = refine(composition, &best.runs, &point, options)
                         && refined.rss < best.refined.rss

@@ -225,6 +225,7 @@ impl Search {
             runs: runs.into(),
             level: WHOLE,
             period: data.period,
+            asked: true,
             folds: Vec::new(),
             refitted: Vec::new(),
             held_out,

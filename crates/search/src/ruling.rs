@@ -94,11 +94,45 @@ impl Tried {
         self.ruling.winner.map(|k| &self.sets[k])
     }
 
+    /// The best set that the data bear of those picked.
+    pub(super) fn nearest(&self, picked: impl Fn(&Hypothesis) -> bool) -> Option<usize> {
+        let sound = |k: &usize| self.sets[*k].unborne.is_none() && picked(&self.sets[*k]);
+        self.best().into_iter().find(sound)
+    }
+
+    /// The best set that lacks an effect.
+    fn nearest_without(&self, effect: &Choice) -> Option<usize> {
+        self.nearest(|set| !self.choices(set).contains(effect))
+    }
+
+    /// The sets that the ruling is told by: the winner, its rivals, and what each of its effects leads.
+    pub(super) fn told(&self) -> Vec<usize> {
+        let Ruling { winner, rivals } = &self.ruling;
+        let own = self.winner().map(|winner| self.choices(winner)).unwrap_or_default();
+        let led = own.iter().filter_map(|effect| self.nearest_without(effect));
+        winner.iter().chain(rivals).copied().chain(led).collect()
+    }
+
+    /// The sets with one effect more than those present.
+    pub(super) fn beside(&self, present: &[usize]) -> Vec<usize> {
+        let more =
+            |set: &Hypothesis| set.forms.len() == present.len() + 1 && present.iter().all(|k| set.forms.contains(k));
+        (0..self.sets.len()).filter(|k| more(&self.sets[*k])).collect()
+    }
+
+    /// The sets with another effect in the place of one of the winner's.
+    fn exchanged(&self) -> Vec<usize> {
+        let winner = self.winner().map(|winner| winner.forms.as_slice()).unwrap_or_default();
+        let other = |set: &Hypothesis| {
+            set.forms.len() <= winner.len() && set.forms.iter().filter(|k| !winner.contains(k)).count() == 1
+        };
+        (0..self.sets.len()).filter(|k| other(&self.sets[*k])).collect()
+    }
+
     /// The winner against the best set that lacks an effect.
     fn lead_of(&self, effect: &Choice, constants: &Constants) -> Option<Lead> {
         let winner = self.winner()?;
-        let without = self.sets.iter().filter(|s| s.unborne.is_none() && !self.choices(s).contains(effect));
-        let nearest = without.max_by(|a, b| a.sum().total_cmp(&b.sum()))?;
+        let nearest = &self.sets[self.nearest_without(effect)?];
         let names: Vec<String> = self.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let titles = nearest.forms.iter().map(|k| self.forms[*k].full_title()).collect();
@@ -118,8 +152,7 @@ impl Search {
     ) -> Decision {
         let present = tried.indices(&before.composition);
         if let Some(none) = tried.place(&present).map(|k| &tried.sets[k]) {
-            let more = |set: &&Hypothesis| present.iter().all(|k| set.forms.contains(k));
-            for set in tried.sets.iter().filter(more).filter(|s| s.forms.len() == present.len() + 1) {
+            for set in tried.beside(&present).into_iter().map(|k| &tried.sets[k]) {
                 for new in set.forms.iter().filter(|k| !present.contains(k)) {
                     self.tell(candidates, &tried.forms[*new], set, (before, none), motion);
                 }
@@ -212,6 +245,7 @@ impl Search {
     /// The base cannot be fitted; cancelled.
     pub fn diagnose(&self, tell: Listener<'_>, cancel: &Cancel) -> Result<Diagnosis, GapError> {
         let started = Stopwatch::start();
+        let before = self.effort().steps;
         let base = self.base(cancel)?;
         let bare = self.fit_of(&base, cancel)?;
         let mut stage = Arc::clone(&base);
@@ -222,7 +256,8 @@ impl Search {
             // What is left and does not matter is given no name.
             let fitted = self.fit_of(&stage, cancel)?;
             let done = !stage.effects.is_empty() && !self.matters(&bare, &fitted, cancel);
-            let room = stage.effects.len() < self.ask.max_effects;
+            let spent = self.effort().steps - before;
+            let room = stage.effects.len() < self.ask.max_effects && spent < self.data.constants.effort_of_looks();
             let depth = if room && !done { Depth::Refitted } else { Depth::Screened };
             let round = self.look_into(&stage, depth, Keep::Any(&mut tried), tell, cancel)?;
             let now = sorted(stage.choices());
@@ -252,7 +287,7 @@ impl Search {
             doubt = doubt_of(&stage, &last)?;
         }
         let mut ambiguous = !tried.ruling.rivals.is_empty();
-        let told = match self.steps(&base, (&tried, &looks), tell, cancel) {
+        let told = match self.steps(&base, (&mut tried, &looks), tell, cancel) {
             // Effects of which none can be fitted by itself cannot be told one after the other.
             Err(GapError::Stage(_)) => None,
             told => Some(told?).filter(|(_, stages)| stages.len() == 1 || helps(stages)),
@@ -302,13 +337,16 @@ impl Search {
     fn steps(
         &self,
         base: &Arc<Stage>,
-        (tried, looks): (&Tried, &[(Vec<Choice>, Round)]),
+        (tried, looks): (&mut Tried, &[(Vec<Choice>, Round)]),
         tell: Listener<'_>,
         cancel: &Cancel,
     ) -> Result<(Vec<Round>, Vec<Arc<Stage>>), GapError> {
         let (mut rounds, mut stages) = (Vec::new(), vec![Arc::clone(base)]);
+        let exchanged = tried.exchanged();
+        self.ask(tried, exchanged.into_iter(), cancel);
+        let tried = &*tried;
         let Some(winner) = tried.winner() else { return Ok((rounds, stages)) };
-        let order = self.passable(self.order_of(tried, winner), cancel)?;
+        let order = self.passable(self.order_of(tried, winner, cancel), cancel)?;
         for k in 0..order.len() {
             let own = &order[..=k];
             let fitted = if own.len() == order.len() { Arc::clone(&winner.fitted) } else { self.fitted(own, cancel)? };
@@ -343,7 +381,7 @@ impl Search {
     }
 
     /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any.
-    fn order_of(&self, tried: &Tried, set: &Hypothesis) -> Vec<Choice> {
+    fn order_of(&self, tried: &Tried, set: &Hypothesis, cancel: &Cancel) -> Vec<Choice> {
         let rivals: Vec<Vec<Choice>> = tried.ruling.rivals.iter().map(|k| tried.choices(&tried.sets[*k])).collect();
         let mut left = tried.choices(set);
         let mut order = Vec::new();
@@ -353,7 +391,7 @@ impl Search {
             let among = if disputed.is_empty() { left.clone() } else { disputed };
             let without = |c: &Choice| -> f64 {
                 let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
-                self.known(&rest).map_or(f64::INFINITY, |f| f.held_out_error())
+                self.known(&rest).map_or(f64::INFINITY, |f| self.asked(&f, cancel).held_out_error())
             };
             let Some(last) = among.into_iter().min_by(|a, b| without(a).total_cmp(&without(b))) else { break };
             left.retain(|c| *c != last);
@@ -366,13 +404,11 @@ impl Search {
     fn lead_to(&self, round: &mut Round, effect: &Choice, stage: &Arc<Stage>, tried: &Tried, is_last: bool) {
         let winner = tried.winner().map(|w| tried.choices(w)).unwrap_or_default();
         // Sets with another effect in this one's place.
-        for set in &tried.sets {
+        for set in tried.exchanged().into_iter().map(|k| &tried.sets[k]) {
             let own = tried.choices(set);
-            let others: Vec<&Choice> = own.iter().filter(|c| !winner.contains(c)).collect();
-            if let [other] = others.as_slice()
-                && !own.contains(effect)
-                && own.len() <= winner.len()
-                && let Some(candidate) = round.candidates.iter_mut().find(|c| c.choice == **other && c.stage.is_none())
+            if !own.contains(effect)
+                && let Some(other) = own.iter().find(|c| !winner.contains(c))
+                && let Some(candidate) = round.candidates.iter_mut().find(|c| c.choice == *other && c.stage.is_none())
             {
                 candidate.stage = Some(Arc::new(self.show(&set.fitted)));
                 candidate.standing = set.unborne.clone().map_or(Standing::Refitted, Standing::Refused);

@@ -190,7 +190,7 @@ impl Search {
         free.base.retain(|t| *t != constant);
         let steady = Composition { base: free.base.iter().cloned().chain([constant]).collect(), ..free.clone() };
         let start = data.propose_exactly(&steady, &steady.middle(), &[], &never)?;
-        let drifting = self.fitted_set(start, Vec::new(), None, &never)?;
+        let drifting = self.fitted_set(start, Vec::new(), None, &|_| false, &never)?;
         let pushed = self.hypothesis(Vec::new(), pushed, &never);
         if data.constants.beats(&pushed, &drifting, data.constants.lead) {
             return None;
@@ -295,7 +295,7 @@ impl Search {
 
     pub(super) fn fitted(&self, choices: &[Choice], cancel: &Cancel) -> Result<Arc<Fitted>, GapError> {
         if let Some(fitted) = self.known(choices) {
-            return Ok(fitted);
+            return Ok(self.asked(&fitted, cancel));
         }
         let fitted = if choices.is_empty() { self.fit_base(cancel)? } else { self.fit_exactly(choices, cancel)? };
         if cancel.is_cancelled() {
@@ -427,8 +427,8 @@ impl Search {
             .collect()
     }
 
-    /// Decides between all sets that were tried; each must contain those present.
-    pub(super) fn rule(&self, tried: &mut Tried, present: &[usize]) {
+    /// Decides between all sets that were tried; each must contain those present. What decides, and what is told of it, was asked.
+    pub(super) fn rule(&self, tried: &mut Tried, present: &[usize], cancel: &Cancel) {
         let data = &self.data;
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
         let constants = &data.constants;
@@ -437,7 +437,13 @@ impl Search {
         let least = constants.least_lead(self.audit.single_tone);
         let explained = tried.sets.iter().any(explains);
         let far = if explained { least } else { least.max(constants.unseen_ratio.ln() * data.unseen() as f64) };
-        tried.ruling = judge(constants, &tried.sets, &tried.forms, present, (least, far));
+        loop {
+            tried.ruling = judge(constants, &tried.sets, &tried.forms, present, (least, far));
+            let told = tried.told();
+            if !self.ask(tried, told.into_iter(), cancel) || cancel.is_cancelled() {
+                break;
+            }
+        }
     }
 
     /// Looks at a stage: is there a gap, where, and which effects might it be.
@@ -502,7 +508,9 @@ impl Search {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
-        self.rule(tried, &present);
+        self.rule(tried, &present, cancel);
+        let shown = tried.beside(&tried.indices(&before.composition));
+        self.ask(tried, shown.into_iter(), cancel);
         let decision = self.ruled(&before, &motion, tried, &mut candidates, cancel);
         tell(Progress::Ranking(candidates.clone()));
         let round = round(candidates, evidence, decision);

@@ -222,18 +222,23 @@ impl Effort {
 
 /// The least sum of squares that any of several rival fits has reached.
 ///
-/// Rivals are fitted one after another, the likeliest first, and the cores share the work of each. Side by side, which of them
-/// are given up, and with that what is found, would depend on how threads are scheduled.
+/// Rivals that share one are fitted one after another, the likeliest first, and the cores share the work of each. Side by side,
+/// which of them are given up, and with that what is found, would depend on how threads are scheduled.
 #[derive(Debug)]
 pub struct Bar(AtomicU64);
 
 impl Default for Bar {
     fn default() -> Self {
-        Self(AtomicU64::new(f64::INFINITY.to_bits()))
+        Self::of(f64::INFINITY)
     }
 }
 
 impl Bar {
+    /// As if rivals had reached this.
+    pub fn of(least: f64) -> Self {
+        Self(AtomicU64::new(least.to_bits()))
+    }
+
     /// The least so far; infinite before the first.
     pub fn least(&self) -> f64 {
         f64::from_bits(self.0.load(Ordering::Relaxed))

@@ -26,7 +26,7 @@ pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub use standing::rests;
 pub(crate) use standing::{shortest_standstill, standstills, standstills_from};
-pub use sums::{dot, mean_and_variance, median, ranked, rms};
+pub use sums::{dot, dots, mean_and_variance, median, ranked, rms};
 pub use test_function::TestFunction;
 
 use std::sync::{Arc, OnceLock};

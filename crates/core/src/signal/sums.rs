@@ -1,5 +1,7 @@
 //! Sums, means and ranks of series.
 
+use fearless_simd::{Level, dispatch};
+
 /// Inner product Σ aᵢbᵢ of two series of one length, several lanes at once: the same sum in registers of any width.
 #[inline(always)] // into each width of registers
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -13,6 +15,20 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + rest
+}
+
+/// Inner products of a series with others of its length, appended to `out` one after the other, in the widest registers that
+/// the processor has.
+pub fn dots<'s>(series: &[f64], others: impl IntoIterator<Item = &'s [f64]>, out: &mut Vec<f64>) {
+    let others = others.into_iter();
+    dispatch!(Level::new(), _simd => each(series, others, out));
+}
+
+#[inline(always)] // into each width of registers
+fn each<'s>(series: &[f64], others: impl Iterator<Item = &'s [f64]>, out: &mut Vec<f64>) {
+    for other in others {
+        out.push(dot(series, other));
+    }
 }
 
 /// Root mean square; 0 of nothing.

@@ -1,5 +1,7 @@
 //! Orthonormal bases of columns.
 
+use fearless_simd::{Level, dispatch};
+
 use crate::signal::dot;
 
 /// An orthonormal basis of columns of one length, taken in one after the other (Gram & Schmidt, each twice over).
@@ -39,10 +41,7 @@ impl OrthonormalBasis {
 
     /// Leaves of a column what lies outside the basis: `c − Q Qᵀ c`.
     pub fn remove(&self, column: &mut [f64]) {
-        for q in &self.columns {
-            let share = dot(q, column);
-            column.iter_mut().zip(q).for_each(|(c, q)| *c -= share * q);
-        }
+        dispatch!(Level::new(), _simd => remove_each(&self.columns, column));
     }
 
     /// Takes a column into the basis, unless next to nothing of it lies outside; true if it was taken. A column that is zero
@@ -67,6 +66,14 @@ impl OrthonormalBasis {
     /// Takes in a column of norm one that is orthogonal to the basis already.
     pub fn push_orthonormal(&mut self, column: Vec<f64>) {
         self.columns.push(column);
+    }
+}
+
+#[inline(always)] // into each width of registers
+fn remove_each(columns: &[Vec<f64>], column: &mut [f64]) {
+    for q in columns {
+        let share = dot(q, column);
+        column.iter_mut().zip(q).for_each(|(c, q)| *c -= share * q);
     }
 }
 

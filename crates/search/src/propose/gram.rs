@@ -1,8 +1,8 @@
 //! Scores of sets of columns: regressions on Gram matrices, each block of rows left out in turn.
 
-use nalgebra::{DMatrix, DVectorView};
+use nalgebra::DMatrix;
 use sindyscope_core::parallel::prelude::*;
-use sindyscope_core::signal::dot;
+use sindyscope_core::signal::dots;
 use sindyscope_core::study::Cancel;
 
 /// Most columns that one regression takes.
@@ -35,14 +35,16 @@ impl Gram {
             .map(|rows| {
                 let mut products = DMatrix::zeros(columns.len(), columns.len());
                 // Not in tiles, which each processor adds up otherwise: where a fit lands may hang on the last digit of its start.
-                let part = |k: usize| DVectorView::from_slice(&columns[k][rows.clone()], rows.len());
+                let part = |k: usize| &columns[k][rows.clone()];
+                let mut of_column = Vec::new();
                 for j in 0..columns.len() {
                     if cancel.is_cancelled() {
                         break;
                     }
-                    for i in 0..=j {
-                        let product = part(i).dot(&part(j));
-                        (products[(i, j)], products[(j, i)]) = (product, product);
+                    of_column.clear();
+                    dots(part(j), (0..=j).map(part), &mut of_column);
+                    for (i, product) in of_column.iter().enumerate() {
+                        (products[(i, j)], products[(j, i)]) = (*product, *product);
                     }
                 }
                 (rows.len() as f64, products)
@@ -59,10 +61,12 @@ impl Gram {
         let count = before + further.len();
         let all = |k: usize| columns.get(k).copied().unwrap_or_else(|| &further[k - before]);
         let mut total = self.total.clone().resize(count, count, 0.0);
+        let mut of_column = Vec::new();
         for j in before..count {
-            for i in 0..=j {
-                let product = dot(all(i), all(j));
-                (total[(i, j)], total[(j, i)]) = (product, product);
+            of_column.clear();
+            dots(all(j), (0..=j).map(all), &mut of_column);
+            for (i, product) in of_column.iter().enumerate() {
+                (total[(i, j)], total[(j, i)]) = (*product, *product);
             }
         }
         Self { total, blocks: Vec::new() }

@@ -3,7 +3,7 @@
 use super::super::constants::Constants;
 use super::super::data::Data;
 use super::path::MeasuredPath;
-use sindyscope_core::signal::{TestFunction, dot};
+use sindyscope_core::signal::{TestFunction, dot, dots};
 
 /// Distance of neighbouring test functions, as a share of their half width: nearer ones say the same.
 const STRIDE: f64 = 0.25;
@@ -102,7 +102,7 @@ impl Rows {
             match of(part.mass, part.record) {
                 Some((series, order)) => {
                     let kernel = &self.functions[part.record][part.width].kernels()[order];
-                    column.extend(part.starts.iter().map(|s| dot(kernel, &series[*s..*s + kernel.len()])));
+                    dots(kernel, part.starts.iter().map(|s| &series[*s..*s + kernel.len()]), &mut column);
                 }
                 None => column.resize(from + part.starts.len(), 0.0),
             }
