@@ -1,6 +1,7 @@
 //! Whoever waits for long work can stop it: a cancel is honoured promptly, whenever it comes.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,13 +12,11 @@ use sindyscope_core::study::{
 use sindyscope_files::{MeasuredFile, ReadOptions};
 use sindyscope_rig::{ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search};
-use sindyscope_values::record::{RecordSet, Role, Usage};
+use sindyscope_values::record::{Record, RecordSet, Role, Usage};
 use sindyscope_values::term::Kind;
 
 /// Longest that work goes on after a cancel.
 const PROMPT: Duration = Duration::from_millis(50);
-/// The same of a search, whose steps that nothing stops are longer.
-const SEARCH_PROMPT: Duration = Duration::from_millis(100);
 /// When work is cancelled, ms after it began.
 const AFTER: [u64; 8] = [0, 5, 30, 100, 300, 700, 1500, 3000];
 /// Tries of one of these: on a busy machine a thread may wait longer for its turn than for the work.
@@ -44,15 +43,11 @@ fn latency(after: Duration, work: &(impl Fn(&Cancel) + Sync)) -> Option<Duration
 
 /// Holds that work stops at once, whenever a cancel comes.
 fn stops_at_once(what: &str, work: impl Fn(&Cancel) + Sync) {
-    stops_within(PROMPT, what, work);
-}
-
-fn stops_within(prompt: Duration, what: &str, work: impl Fn(&Cancel) + Sync) {
     let least = |after: &u64| {
         let mut least = Duration::MAX;
         for _ in 0..TRIES {
             least = least.min(latency(Duration::from_millis(*after), &work)?);
-            if least < prompt {
+            if least < PROMPT {
                 break;
             }
         }
@@ -61,7 +56,7 @@ fn stops_within(prompt: Duration, what: &str, work: impl Fn(&Cancel) + Sync) {
     // What has ended after so long has ended after longer too.
     let latencies: Vec<Duration> = AFTER.iter().map_while(least).collect();
     println!("{what}: {latencies:.1?} after a cancel");
-    assert!(latencies.iter().all(|latency| *latency < prompt), "{what}: {latencies:.1?}");
+    assert!(latencies.iter().all(|latency| *latency < PROMPT), "{what}: {latencies:.1?}");
 }
 
 fn records(scenario: &str, duration: f64) -> RecordSet {
@@ -109,10 +104,22 @@ fn a_map_of_settings_stops_at_once() {
 fn the_search_stops_at_once() {
     let records = records("friction", 40.0);
     let search = Search::new(&records, &Ask::default()).expect("a search");
-    stops_within(SEARCH_PROMPT, "walk", |cancel| drop(search.diagnose(&|_| {}, cancel)));
+    stops_at_once("walk", |cancel| drop(search.diagnose(&|_| {}, cancel)));
     let base = search.stage(&[], &Cancel::default()).expect("a base");
-    stops_within(SEARCH_PROMPT, "stage", |cancel| drop(search.stage(&[], cancel)));
-    stops_within(SEARCH_PROMPT, "look", |cancel| drop(search.look(&base, &|_| {}, cancel)));
+    stops_at_once("stage", |cancel| drop(search.stage(&[], cancel)));
+    stops_at_once("look", |cancel| drop(search.look(&base, &|_| {}, cancel)));
+}
+
+#[test]
+fn the_preparation_of_a_search_stops_at_once() {
+    let options = |seed: u64| ScenarioOptions { seed, duration: Some(600.0), ..ScenarioOptions::default() };
+    let of = |seed: u64| generate("duffing-noisy", &options(seed)).expect("a scenario").records;
+    let records = RecordSet::new((0..8).flat_map(of), Usage::Fit);
+    stops_at_once("prepare", |cancel| {
+        // What is measured of a record is kept with it.
+        let fresh = records.entries.iter().map(|(record, usage)| (Arc::new(Record::clone(record)), *usage)).collect();
+        drop(Search::prepare(&RecordSet { entries: fresh }, &Ask::default(), cancel));
+    });
 }
 
 #[test]

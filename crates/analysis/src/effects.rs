@@ -28,6 +28,7 @@ use toml::Spanned;
 
 use crate::error::AnalysisError;
 use sindyscope_search::{ForceAxis, OwnEffect, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm};
+use sindyscope_values::format::words::capitalised;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -208,11 +209,7 @@ fn effect(entry: &EffectEntry) -> Result<OwnEffect, (usize, String)> {
     let name = entry.name.get_ref().clone();
     let title = match &entry.title {
         Some(title) => title.clone(),
-        None => {
-            let words = name.replace('_', " ");
-            let mut letters = words.chars();
-            letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-        }
+        None => capitalised(&name.replace('_', " ")),
     };
     Ok(OwnEffect {
         name,

@@ -59,7 +59,7 @@ pub fn search(
         list.extend(part.entries.iter().cloned());
     }
     tell(AnalysisProgress::Stage("looking at the records"));
-    let search = Search::new(records, &ask)?;
+    let search = Search::prepare(records, &ask, cancel)?;
     if let Some((record, _)) = records.entries.first() {
         let layout = record.layout(Kind::SecondOrder);
         let units = Units::from_record(record, &layout);

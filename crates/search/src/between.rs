@@ -20,7 +20,7 @@ impl Data {
     /// RMS that the unknown course of the inputs between their samples may come to in the response of a model along the fitted
     /// records, weighted: what a course through fewer neighbours changes and no parameter, offset or initial state makes up
     /// for. Zero where that cannot be told, and if cancelled.
-    pub(super) fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
+    fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
         let driven = fitted.level != WHOLE;
         // Internal states of segments begin as the measured motion drives them, sample by sample.
         if driven && fitted.composition.internals() > 0 || self.layout.inputs == 0 {
@@ -60,10 +60,15 @@ impl Data {
         self.constants.between_samples * rms(&left)
     }
 
+    /// RMS that noise and the inputs' unknown course leave in the response of a model that lacks nothing.
+    pub(super) fn noise_of(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
+        self.noise.hypot(self.between_samples(fitted, cancel))
+    }
+
     /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data
     /// fitted and on those never fitted.
-    pub(super) fn is_within(&self, fitted: &Fitted, noise: f64, times: (f64, f64), cancel: &Cancel) -> bool {
+    pub(super) fn is_within(&self, fitted: &Fitted, times: (f64, f64), cancel: &Cancel) -> bool {
         let within = |noise: f64| fitted.error() < times.0 * noise && fitted.held_out_error() < times.1 * noise;
-        within(noise) || within(noise.hypot(self.between_samples(fitted, cancel)))
+        within(self.noise) || within(self.noise_of(fitted, cancel))
     }
 }

@@ -10,7 +10,9 @@ use super::site::Placed;
 use super::structure::Composition;
 use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
-use sindyscope_core::signal::{Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation};
+use sindyscope_core::signal::{
+    SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
+};
 use sindyscope_core::simulate::InputGrid;
 use sindyscope_core::study::{Cancel, base_excited, suggest};
 use sindyscope_values::format::units::format_si;
@@ -102,13 +104,18 @@ pub(super) const FEWEST_SAMPLES: usize = 100;
 pub(super) const LEAST_NOISE: f64 = 1e-6;
 
 impl Data {
-    pub(super) fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
+    pub(super) fn new(records: &RecordSet, ask: &Ask, cancel: &Cancel) -> Result<Self, GapError> {
+        let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
         let (initial, constants) = (ask.initial, &ask.constants);
         let kind = Kind::SecondOrder;
         let layout = records.layout(kind).map_err(GapError::Records)?;
         let fit = usable(records, initial)?;
         let first = fit.first().ok_or(GapError::NothingToFit)?;
-        let (set, stride) = thinned(records, constants.thinned_above);
+        let (set, stride) = thinned(records, constants.thinned_above, check)?;
+        for (record, _) in &set.entries {
+            check()?;
+            SignalFacts::cached(record, &layout);
+        }
         let mut notices = Vec::new();
         if stride > 1 {
             let samples: usize = fit.iter().map(|r| r.len()).sum();
@@ -128,10 +135,13 @@ impl Data {
         }
         let outputs: Vec<Output> = sensors.iter().copied().map(output).collect();
         let mut dataset = Dataset::default();
-        dataset.update(&set, &layout, &smoothing, || Ok::<(), GapError>(()))?;
+        dataset.update(&set, &layout, &smoothing, check)?;
         let prepared = dataset.records.iter().zip(&set.entries);
-        let mut series: Vec<RecordSeries> =
-            prepared.map(|(record, (_, usage))| RecordSeries::new(record, &sensors, *usage)).collect();
+        let series = prepared.map(|(record, (_, usage))| {
+            check()?;
+            Ok(RecordSeries::new(record, &sensors, *usage))
+        });
+        let mut series: Vec<RecordSeries> = series.collect::<Result<_, GapError>>()?;
         let fitted = fit.len();
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
@@ -202,7 +212,7 @@ impl Data {
     /// The point that the motion is about, where that lies so far from zero that a shifted origin, not a force, is the reason:
     /// further than the motion's own RMS. None where the base model has no spring. A constant force beside a linear spring is
     /// such a point.
-    pub(super) fn equilibrium(&self, base: &Composition) -> Option<f64> {
+    pub(super) fn equilibrium(&self, base: &Composition, cancel: &Cancel) -> Option<f64> {
         let constant = Placed { mass: 0, term: Term::parse("1").ok()? };
         // Velocity and acceleration are the same about any point; of several masses each would have its own.
         if self.outputs != [Output::Displacement(0)] {
@@ -211,7 +221,7 @@ impl Data {
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
         let spring = free.spring()?;
-        let found = self.propose_exactly(&free, &free.middle(), &[], &Cancel::default())?;
+        let found = self.propose_exactly(&free, &free.middle(), &[], cancel)?;
         let coefficients = free.named(&found.shared).coefficients;
         let point = -coefficients.last()? / coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);
@@ -301,16 +311,23 @@ fn usable(records: &RecordSet, initial: Option<usize>) -> Result<Vec<&Arc<Record
 
 /// The records, fitted ones first, and one sample in how many of them is used: of more than `ample` samples fewer say as much
 /// where the motion is slower by far.
-fn thinned(records: &RecordSet, ample: usize) -> (RecordSet, usize) {
+fn thinned(
+    records: &RecordSet,
+    ample: usize,
+    check: impl Fn() -> Result<(), GapError>,
+) -> Result<(RecordSet, usize), GapError> {
     let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
     let samples: usize = fit.iter().map(|r| r.len()).sum();
     let stride = if samples > ample { thinning(&fit).min(samples / (ample / 2).max(1)) } else { 1 };
     let mut set = RecordSet::default();
     for usage in [Usage::Fit, Usage::HeldOut] {
-        let used = |record: &Arc<Record>| if stride > 1 { Arc::new(thin(record, stride)) } else { Arc::clone(record) };
-        set.entries.extend(records.with(usage).map(|record| (used(record), usage)));
+        for record in records.with(usage) {
+            check()?;
+            let used = if stride > 1 { Arc::new(thin(record, stride)) } else { Arc::clone(record) };
+            set.entries.push((used, usage));
+        }
     }
-    (set, stride)
+    Ok((set, stride))
 }
 
 /// The first sensor whose readings come in steps coarser than its noise, with the step.

@@ -133,7 +133,7 @@ impl Search {
         };
         let taken = |enough: &mut usize, _: &Proposal, set: Option<&Hypothesis>| {
             let explains = |set: &&Hypothesis| {
-                set.unborne.is_none() && data.is_within(&set.fitted, data.noise, data.constants.explaining(), cancel)
+                set.unborne.is_none() && data.is_within(&set.fitted, data.constants.explaining(), cancel)
             };
             if let Some(set) = set.filter(explains) {
                 *enough = (*enough).min(set.forms.len());

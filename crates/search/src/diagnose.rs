@@ -135,7 +135,7 @@ impl Search {
         if forms.is_empty() {
             return None;
         }
-        let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
+        let noise = self.data.noise_of(fitted, cancel);
         // One stop of a mass that rubs, more or less, says nothing against what holds it.
         let stops = forms.iter().any(Form::is_dry_friction);
         if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * fitted.error().max(noise) {

@@ -165,8 +165,7 @@ impl Data {
         let exact = fitted.refined.rmse() < (EXACT * self.loudest()).max(self.noise / self.constants.loud);
         // What would explain the rest bears no name.
         let (within, _) = self.constants.explaining();
-        let settled =
-            !fitted.composition.forms.is_empty() && self.is_within(fitted, self.noise, (within, within), cancel);
+        let settled = !fitted.composition.forms.is_empty() && self.is_within(fitted, (within, within), cancel);
         Some(Evidence {
             significant: p_value < level && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },

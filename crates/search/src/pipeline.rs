@@ -99,9 +99,8 @@ impl Search {
         let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
             state.shown += usize::from(single(proposal) && state.gain.is_some() && proposal.gain.is_finite());
-            let explains = |set: &Hypothesis| {
-                set.unborne.is_none() && data.is_within(&set.fitted, data.noise, constants.explaining(), cancel)
-            };
+            let explains =
+                |set: &Hypothesis| set.unborne.is_none() && data.is_within(&set.fitted, constants.explaining(), cancel);
             state.gain = state.gain.or(set.is_some_and(explains).then_some(proposal.gain));
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
@@ -264,7 +263,7 @@ impl Search {
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
         let Some(best) = tried.best().into_iter().find(sound) else { return false };
         let Hypothesis { forms: set, fitted, .. } = tried.sets[best].clone();
-        let explains = self.data.is_within(&fitted, self.data.noise, self.data.constants.explaining(), cancel)
+        let explains = self.data.is_within(&fitted, self.data.constants.explaining(), cancel)
             && !self.matters(&base, &fitted, cancel);
         let alone = |form: usize| {
             let single = tried.place(&[form]).map(|k| &tried.sets[k]).filter(|single| single.unborne.is_none());
@@ -359,7 +358,7 @@ impl Search {
         near.truncate(constants.fitted_again);
         let again = |k: usize| -> Option<(usize, Hypothesis)> {
             let Hypothesis { forms, fitted, .. } = &tried.sets[k];
-            if self.data.is_within(fitted, self.data.noise, constants.explaining(), cancel) || cancel.is_cancelled() {
+            if self.data.is_within(fitted, constants.explaining(), cancel) || cancel.is_cancelled() {
                 return None;
             }
             let composition = &fitted.composition;

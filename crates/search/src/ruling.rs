@@ -323,7 +323,7 @@ impl Search {
 
     /// True if what a model leaves matters: more noises than may be, or a share of what was found.
     pub(super) fn matters(&self, base: &Fitted, fitted: &Fitted, cancel: &Cancel) -> bool {
-        let noise = self.data.noise.hypot(self.data.between_samples(fitted, cancel));
+        let noise = self.data.noise_of(fitted, cancel);
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();
         let found = (square(base.error()) - square(left)).max(0.0);

@@ -123,7 +123,15 @@ impl Search {
     /// # Errors
     /// Records that do not go together or are too short; a base term of something that they lack.
     pub fn new(records: &RecordSet, ask: &Ask) -> Result<Self, GapError> {
-        let mut data = Data::new(records, ask)?;
+        Self::prepare(records, ask, &Cancel::default())
+    }
+
+    /// As [`Search::new`], for whoever may not wait: many or long records take a second.
+    ///
+    /// # Errors
+    /// As there; cancelled.
+    pub fn prepare(records: &RecordSet, ask: &Ask, cancel: &Cancel) -> Result<Self, GapError> {
+        let mut data = Data::new(records, ask, cancel)?;
         if data.input_open && ask.is_relative_to_input() {
             (data.base_excited, data.input_open) = (true, false);
         }
@@ -162,25 +170,25 @@ impl Search {
         base.noise = data.noise;
         base.reciprocity = data.constants.reciprocity;
         let plain = Self { data, audit, ask: ask.clone(), base, known: Mutex::default() };
-        let counted = plain.about_its_equilibrium().unwrap_or(plain);
-        Ok(counted.without_its_spring().unwrap_or(counted))
+        let counted = plain.about_its_equilibrium(cancel).unwrap_or(plain);
+        let prepared = counted.without_its_spring(cancel).unwrap_or(counted);
+        if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(prepared) }
     }
 
     /// The same search without the base model's spring, where that has no part in the motion's frequency and would push: a spring
     /// may push where data never fitted say so. None if they do, beside a constant force in its place; what nothing holds drifts
     /// under any constant force as if pushed away.
-    fn without_its_spring(&self) -> Option<Self> {
-        let never = Cancel::default();
+    fn without_its_spring(&self, cancel: &Cancel) -> Option<Self> {
         let (data, base) = (&self.data, &self.base);
         let spring = base.spring()?;
         if base.datum || data.outputs != [Output::Displacement(0)] {
             return None;
         }
-        let regressed = data.propose_exactly(base, &base.middle(), &[], &never)?;
+        let regressed = data.propose_exactly(base, &base.middle(), &[], cancel)?;
         if !data.is_slow(base.named(&regressed.shared).coefficients[spring]) {
             return None;
         }
-        let pushed = Fitted::clone(&*self.fitted(&[], &never).ok()?);
+        let pushed = Fitted::clone(&*self.fitted(&[], cancel).ok()?);
         if pushed.parameters.coefficients[spring] <= 0.0 {
             return None;
         }
@@ -189,9 +197,9 @@ impl Search {
         free.base.remove(spring);
         free.base.retain(|t| *t != constant);
         let steady = Composition { base: free.base.iter().cloned().chain([constant]).collect(), ..free.clone() };
-        let start = data.propose_exactly(&steady, &steady.middle(), &[], &never)?;
-        let drifting = self.fitted_set(start, Vec::new(), None, &|_| false, &never)?;
-        let pushed = self.hypothesis(Vec::new(), pushed, &never);
+        let start = data.propose_exactly(&steady, &steady.middle(), &[], cancel)?;
+        let drifting = self.fitted_set(start, Vec::new(), None, &|_| false, cancel)?;
+        let pushed = self.hypothesis(Vec::new(), pushed, cancel);
         if data.constants.beats(&pushed, &drifting, data.constants.lead) {
             return None;
         }
@@ -202,15 +210,15 @@ impl Search {
 
     /// The same search with displacements counted from the point that a spring holds the motion about; none where that is the
     /// file's zero, or the fitted spring holds the motion about no point: what is constant is a force then.
-    fn about_its_equilibrium(&self) -> Option<Self> {
-        let datum = self.data.equilibrium(&self.base)?;
+    fn about_its_equilibrium(&self, cancel: &Cancel) -> Option<Self> {
+        let datum = self.data.equilibrium(&self.base, cancel)?;
         let (mut data, mut base) = (self.data.clone(), self.base.clone());
         data.count_from(datum);
         base.base.retain(|t| t.term.as_str() != "1");
         base.datum = true;
         base.origin = -datum;
         let counted = Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base, known: Mutex::default() };
-        let fitted = counted.fitted(&[], &Cancel::default()).ok()?;
+        let fitted = counted.fitted(&[], cancel).ok()?;
         let point = fitted.parameters.inner.equilibrium.unwrap_or(0.0);
         counted.data.is_held_about(point).then_some(counted)
     }
@@ -492,7 +500,7 @@ impl Search {
             lead: decision.lead,
         };
         // Correlated residuals may hide a gap from the tests, not one of several noises.
-        let loud = before.error() > data.constants.loud * data.noise.hypot(data.between_samples(&before, cancel));
+        let loud = before.error() > data.constants.loud * data.noise_of(&before, cancel);
         if !(evidence.significant || loud) || depth == Depth::Screened {
             let finding = if evidence.significant { Finding::Unexplained } else { Finding::Nothing };
             let round = round(candidates, evidence, Decision::without_effect(finding));

@@ -13,9 +13,9 @@ use super::screen::{Motion, Screened};
 use super::search::Search;
 use super::site::{Placed, Site};
 use super::structure::{choice, counted_from, with_errors};
-use super::words::sentence_case;
 use sindyscope_core::refine::Structure as _;
 use sindyscope_core::signal::dot;
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Symbol, Term};
 
@@ -363,7 +363,7 @@ impl Search {
                 list.push(Candidate {
                     choice: Choice { effect: blind.effect.to_owned(), form: String::new() },
                     place: None,
-                    title: sentence_case(&blind.effect.replace('_', " ")),
+                    title: capitalised(&blind.effect.replace('_', " ")),
                     explanation: "",
                     standing: Standing::NotShown(blind.reason.clone()),
                     explained: 0.0,

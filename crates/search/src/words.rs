@@ -7,6 +7,7 @@ use super::fit::Fitted;
 use super::outcome::{Choice, Evidence, Finding, Gap, Lead, Remaining, Round, Stage, Verdict};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::format::units::format_si;
+use sindyscope_values::format::words::capitalised;
 
 /// What the note says first of a gap that is left.
 const MORE_THAN_NOISE: &str = "What is left is more than noise. ";
@@ -134,11 +135,6 @@ pub(super) fn led(lead: &Lead) -> String {
     format!(" {}; log density +{} ± {}.", lead.words(), significant(lead.difference, 2), significant(lead.std_error, 2))
 }
 
-pub(super) fn sentence_case(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
 /// A title within a sentence: names keep their capitals.
 pub fn within(title: &str) -> String {
     let name = ["Coulomb", "Stribeck", "Bouc", "Maxwell", "Duffing"].iter().any(|n| title.starts_with(n));
@@ -179,7 +175,7 @@ pub(super) fn sentence(
                     _ => None,
                 })
                 .unwrap_or_default();
-            format!("{}, or just as well {others}: these data cannot tell; {gap}.", sentence_case(&names.join(" and ")))
+            format!("{}, or just as well {others}: these data cannot tell; {gap}.", capitalised(&names.join(" and ")))
         }
         Verdict::Unexplained if names.is_empty() => {
             "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()

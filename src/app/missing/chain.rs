@@ -5,11 +5,11 @@ use crate::app::plot::palette::Painted as _;
 use egui::{Align2, Color32, FontId, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
 use super::subject::{WalkSubject, site_name};
-use super::words::capitalised;
 use crate::app::plot::palette::{self, Ink};
 use crate::app::plot::sketch::Pen;
 use crate::app::theme;
 use sindyscope_search::Site;
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::term::Symbol;
 
 /// Height of a mass, points.

@@ -6,10 +6,10 @@ use super::act::WalkAct;
 use super::canvas::WalkCanvas;
 use super::known::{WalkContext, stands};
 use super::subject::site_name;
-use super::words::capitalised;
 use super::{cards, words};
 use crate::app::widgets::line;
 use sindyscope_search::{Candidate, Standing};
+use sindyscope_values::format::words::capitalised;
 
 /// Space between cards, points.
 const SPACE: f32 = 8.0;

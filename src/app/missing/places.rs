@@ -6,9 +6,9 @@ use super::canvas::WalkCanvas;
 use super::chain::{self, Chain};
 use super::known::{WalkContext, stage_color, stands};
 use super::subject::site_name;
-use super::words::capitalised;
 use crate::app::widgets::section;
 use sindyscope_search::{Candidate, Site, Stage, within};
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::term::{Expression, Symbol};
 
 /// Draws the section; nothing where there is one place alone.

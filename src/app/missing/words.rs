@@ -7,6 +7,7 @@ use sindyscope_search::{Constants, Finding, Gap, Round, within};
 use crate::app::theme;
 use sindyscope_values::format::number::{significant, significant_trimmed, superscript};
 use sindyscope_values::format::units::format_si;
+use sindyscope_values::format::words::capitalised;
 
 /// Probability below which an answer that is no yes is no plain no either.
 const HINT: f64 = 0.01;
@@ -107,12 +108,6 @@ pub(super) fn two(ui: &Ui, first: &str, color: Color32, rest: &str) -> LayoutJob
     job.append(first, 0.0, TextFormat::simple(FontId::proportional(13.0), color));
     job.append(rest, 5.0, TextFormat::simple(FontId::proportional(13.0), ui.visuals().text_color()));
     job
-}
-
-/// Words as the beginning of a sentence.
-pub(super) fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Why nothing can be searched for, in the middle of the room; true if one wants to begin again, where that may help.

@@ -110,7 +110,7 @@ pub(crate) fn run(
 ) -> Result<(), String> {
     let SearchRequest { key, records, choices, rounds, stages: mut known, kept, want } = request;
     let told = |e: GapError| for_the_window(&e);
-    let (search, records) = search_of(cached, &key, &records, teller).map_err(told)?;
+    let (search, records) = search_of(cached, &key, &records, teller, cancel).map_err(told)?;
     (teller.tell)(Event::Ready {
         records: records.clone(),
         noise_floor: search.noise_floor(),
@@ -149,13 +149,14 @@ fn search_of(
     key: &SearchKey,
     records: &RecordSet,
     teller: &Teller<'_>,
+    cancel: &Cancel,
 ) -> Result<(Arc<Search>, String), GapError> {
     if let Some(cached) = cached.as_ref().filter(|cached| cached.key == *key) {
         return Ok((Arc::clone(&cached.search), cached.records.clone()));
     }
     (teller.stage)("Preparing the records", 0.0);
     let ask = Ask { base: key.base.clone(), effects: key.own.effects().to_vec(), ..Ask::default() };
-    let search = Arc::new(Search::new(records, &ask)?);
+    let search = Arc::new(Search::prepare(records, &ask, cancel)?);
     let records = subject_of(records, &key.own);
     *cached = Some(CachedSearch { key: key.clone(), search: Arc::clone(&search), records: records.clone() });
     Ok((search, records))

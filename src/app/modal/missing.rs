@@ -18,6 +18,7 @@ use sindyscope_report::figure::Figure;
 use sindyscope_report::modal::{before_and_after, diagnosis_lines, remaining, verdict};
 use sindyscope_values::format::number::{format_measured, significant};
 use sindyscope_values::format::units::{as_fraction, raised};
+use sindyscope_values::format::words::capitalised;
 
 /// Least height of the figure, points.
 const FIGURE: f32 = 300.0;
@@ -71,9 +72,7 @@ pub(crate) fn show_missing(
 fn under_way(ui: &mut Ui, progress: Option<JobProgress>) -> Option<ModalAct> {
     let stage = progress.and_then(|p| p.stage).unwrap_or("looking for modes");
     let share = progress.and_then(|p| p.share).unwrap_or(0.0) as f32;
-    let mut letters = stage.chars();
-    let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
-    ui.label(format!("{first}{}…", letters.as_str()));
+    ui.label(format!("{}…", capitalised(stage)));
     ui.add(egui::ProgressBar::new(share).desired_width(320.0).desired_height(6.0));
     if let Some(words) = progress.map(|p| p.words()).filter(|w| !w.is_empty()) {
         ui.weak(words);

@@ -9,6 +9,7 @@ use crate::app::widgets::{Headline, card, headlines, section};
 use sindyscope_core::remedy::Remedy;
 use sindyscope_core::study::{Outcome, Score, Severity, Warning};
 use sindyscope_values::format::number::{plain, significant};
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::record::Usage;
 
 pub(super) fn show(ui: &mut Ui, context: &mut PanelContext<'_>) {
@@ -66,7 +67,7 @@ pub(super) fn warnings(ui: &mut Ui, context: &mut PanelContext<'_>) {
     section(ui, "WORTH KNOWING", |_| {}, |_| {});
     if let Some(failure) = &context.data.failure {
         card(ui, colors.wrong, |ui| {
-            ui.add(egui::Label::new(sentence(failure)).wrap());
+            ui.add(egui::Label::new(capitalised(failure)).wrap());
         });
     }
     for warning in found {
@@ -215,11 +216,4 @@ fn show_warning(ui: &mut Ui, warning: &Warning, asks: &mut Vec<PanelAct>) {
             asks.push(PanelAct::Remedy(remedy.clone()));
         }
     });
-}
-
-/// A study's error as a sentence that stands by itself.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
-    format!("{first}{}", letters.as_str())
 }

@@ -78,7 +78,8 @@ fn diagnosed(
         Base::Linear | Base::Identified => None,
     };
     let found = found.filter(|found| found.is_of(&subject_of(records, &walk.own), base.as_deref()));
-    let search = Search::new(records, &Ask { base, effects: walk.own.effects().to_vec(), ..Ask::default() })?;
+    let search =
+        Search::prepare(records, &Ask { base, effects: walk.own.effects().to_vec(), ..Ask::default() }, cancel)?;
     if let Some(found) = found
         && let Some(mut restored) = search.restore(found, cancel)?
         && let Some(diagnosis) = restored.conclusions.remove(&walk.accepted)

@@ -33,7 +33,7 @@ pub(crate) fn drawn(case: &ClassCase) -> Result<(String, String), String> {
 /// What the program names in the records of a case.
 pub(crate) fn search(case: &ClassCase, cancel: &Cancel, tell: &(dyn Fn(f64) + Sync)) -> Result<Answered, String> {
     let hidden = draw(&case.request()).map_err(|e| e.to_string())?;
-    let search = Search::new(&sets::of_round(hidden), &Ask::default()).map_err(|e| e.to_string())?;
+    let search = Search::prepare(&sets::of_round(hidden), &Ask::default(), cancel).map_err(|e| e.to_string())?;
     let hear = |progress: Progress| {
         if let Progress::Step(_, share) = progress {
             tell(share);

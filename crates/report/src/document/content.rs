@@ -7,6 +7,7 @@ use sindyscope_core::study::{Differentiation, Formulation, Outcome, SETTINGS, Sc
 use sindyscope_values::format::equations::{by_share, is_kinematic};
 use sindyscope_values::format::number::{align_at_point, format_measured, significant, significant_trimmed};
 use sindyscope_values::format::units::{Scale, format_si, raised};
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::model::{Mode, Model, Units};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Kind, Symbol, Term};
@@ -365,9 +366,7 @@ pub(super) fn data(report: &Report<'_>) -> DocumentTable {
 /// A text with a capital in front and a full stop behind.
 pub(super) fn sentence(text: &str) -> String {
     let text = text.trim();
-    let mut letters = text.chars();
-    let mut out: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
-    out.push_str(letters.as_str());
+    let mut out = capitalised(text);
     if !text.ends_with(['.', '!', '?']) {
         out.push('.');
     }

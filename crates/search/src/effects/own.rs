@@ -11,8 +11,8 @@ use super::{
 };
 use crate::guide::guide;
 use crate::site::Site;
-use crate::words::sentence_case;
 use sindyscope_core::parallel::lock;
+use sindyscope_values::format::words::capitalised;
 use sindyscope_values::model::Equation;
 use sindyscope_values::record::{parse_unit, unit_factors};
 use sindyscope_values::term::{Expression, Function, Symbol, Term};
@@ -376,7 +376,7 @@ impl OwnEffect {
             Inner { unit: Some(kept(&unit)), ..Inner::new(kept(&q.name), (0, 0), grid, (low, high)) }
         };
         let title = match self.title.trim() {
-            "" => sentence_case(&self.name.replace('_', " ")),
+            "" => capitalised(&self.name.replace('_', " ")),
             title => title.to_owned(),
         };
         Form {

@@ -4,3 +4,4 @@ pub mod equations;
 pub mod number;
 pub mod shown;
 pub mod units;
+pub mod words;
