@@ -11,7 +11,8 @@ use super::structure::Composition;
 use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{
-    SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, rms, standard_deviation,
+    SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, quantisation_step, rms,
+    standard_deviation,
 };
 use sindyscope_core::simulate::InputGrid;
 use sindyscope_core::study::{Cancel, base_excited, suggest};
@@ -333,7 +334,8 @@ fn thinned(
 /// The first sensor whose readings come in steps coarser than its noise, with the step.
 fn coarse_steps(fitted: &[RecordSeries], noises: &[f64]) -> Option<(usize, f64)> {
     let of = |(i, noise): (usize, &f64)| {
-        let step = step(fitted.iter().flat_map(|s| s.measured[i].iter().copied()).collect())?;
+        let shown: Vec<f64> = fitted.iter().flat_map(|s| s.measured[i].iter().copied()).collect();
+        let step = quantisation_step(&shown, 2, 2)?;
         (step > COARSE * noise).then_some((i, step))
     };
     noises.iter().enumerate().find_map(of)
@@ -511,22 +513,4 @@ fn thin(record: &Record, stride: usize) -> Record {
     }
     thinned.interval = record.interval * stride as f64;
     thinned
-}
-
-/// The step that values are whole multiples of, if there are few enough of them to tell.
-pub(super) fn step(values: Vec<f64>) -> Option<f64> {
-    let count = values.len();
-    let mut levels = values;
-    levels.sort_unstable_by(f64::total_cmp);
-    let reach = levels.last()? - levels.first()?;
-    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * reach);
-    if levels.len() < 2 || 2 * levels.len() > count {
-        return None;
-    }
-    let step = levels.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    let whole = |v: &f64| {
-        let steps = (v - levels[0]) / step;
-        (steps - steps.round()).abs() < 1e-3 * steps.max(1.0)
-    };
-    levels.iter().all(whole).then_some(step)
 }

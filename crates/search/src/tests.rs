@@ -1,10 +1,10 @@
-use super::data::step;
 use super::effects::{EffectSetting, Frame, catalogue};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::parameters::Parameters;
 use super::site::Placed;
 use super::structure::Composition;
+use sindyscope_core::signal::quantisation_step;
 use sindyscope_core::simulate::Output;
 use sindyscope_values::term::{Layout, Term, list};
 
@@ -227,9 +227,9 @@ fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
 fn steps_are_told_from_noise() {
     let wave = |k: usize| (0.013 * k as f64).sin();
     let stepped: Vec<f64> = (0..3000).map(|k| (wave(k) / 0.01).round() * 0.01).collect();
-    assert!((step(stepped).unwrap() - 0.01).abs() < 1e-12);
-    assert_eq!(step((0..3000).map(wave).collect()), None);
-    assert_eq!(step(vec![1.0; 100]), None);
+    assert!((quantisation_step(&stepped, 2, 2).unwrap() - 0.01).abs() < 1e-12);
+    assert_eq!(quantisation_step(&(0..3000).map(wave).collect::<Vec<f64>>(), 2, 2), None);
+    assert_eq!(quantisation_step(&[1.0; 100], 2, 2), None);
 }
 
 #[test]

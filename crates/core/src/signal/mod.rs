@@ -18,7 +18,7 @@ mod test_function;
 pub use bins::{Bins, VisitMean};
 pub(crate) use difference::central;
 pub use facts::SignalFacts;
-pub use noise::standard_deviation;
+pub use noise::{quantisation_step, standard_deviation};
 pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::{SmoothedSignal, Smoother};
 pub(crate) use smoothing::odd;

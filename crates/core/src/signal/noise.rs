@@ -18,6 +18,8 @@ const MOTION_OVER_QUIET: f64 = 10.0;
 const MIN_WHITE_SHARE: f64 = 0.8;
 /// Distinct levels from which on steps are taken for a converter's; fewer are a signal that is made in steps.
 const MIN_LEVELS: usize = 16;
+/// Samples at each of a converter's levels on average, at least.
+const MIN_SAMPLES_A_LEVEL: usize = 4;
 
 /// Standard deviation of the noise in evenly sampled data, white or not; none below 20 samples.
 ///
@@ -35,7 +37,7 @@ pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
         _ => differences,
     };
     // An error that is uniform between two steps.
-    let rounding = step(samples).map_or(0.0, |step| step / 12f64.sqrt());
+    let rounding = quantisation_step(samples, MIN_LEVELS, MIN_SAMPLES_A_LEVEL).map_or(0.0, |step| step / 12f64.sqrt());
     Some(found.max(rounding))
 }
 
@@ -79,13 +81,14 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
     variance.is_finite().then(|| variance.sqrt())
 }
 
-/// The step that values are whole multiples of, if there are few enough of them to tell and enough to be a converter's.
-fn step(samples: &[f64]) -> Option<f64> {
+/// The step that samples are whole multiples of, if they take so many values at least, and each is met so often on average: few
+/// enough to tell.
+pub fn quantisation_step(samples: &[f64], values: usize, often: usize) -> Option<f64> {
     let mut levels = samples.to_vec();
     levels.sort_unstable_by(f64::total_cmp);
     let reach = levels.last()? - levels.first()?;
     levels.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * reach);
-    if levels.len() < MIN_LEVELS || 4 * levels.len() > samples.len() {
+    if levels.len() < values || often * levels.len() > samples.len() {
         return None;
     }
     let step = levels.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
