@@ -121,8 +121,9 @@ impl Search {
     /// Fits proposals in their order and adds them to those tried: those that are `wanted` still when their turn comes, after
     /// what was `taken` before them. False if cancelled.
     ///
-    /// The first stands alone, as it often explains the data. Of the others so many are fitted side by side, each held against
-    /// those before all of them, that what is found does not hang on the number of cores.
+    /// The first stands alone, as it often explains the data, and so do those that are tried before all else. Of the others so
+    /// many are fitted side by side, each held against those before all of them, that what is found does not hang on the number of
+    /// cores.
     pub(super) fn fit_in_turn<S>(
         &self,
         proposals: Vec<Proposal>,
@@ -138,14 +139,14 @@ impl Search {
         let bar = Bar::default();
         let count = proposals.len();
         let mut waiting = proposals.into_iter().enumerate().peekable();
-        while let Some((first, _)) = waiting.peek() {
+        while let Some((first, proposal)) = waiting.peek() {
             if cancel.is_cancelled() {
                 return false;
             }
-            let first = *first;
-            told(first as f64 / count as f64);
+            let together = if *first == 0 || proposal.gain == f64::INFINITY { 1 } else { SIDE_BY_SIDE };
+            told(*first as f64 / count as f64);
             let mut next: Vec<(Vec<usize>, Proposal)> = Vec::new();
-            while next.len() < if first == 0 { 1 } else { SIDE_BY_SIDE }
+            while next.len() < together
                 && let Some((_, proposal)) = waiting.next()
             {
                 let set = tried.indices(&proposal.composition);
@@ -385,7 +386,7 @@ impl Search {
         let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
         let whole = self.data.whole();
         let first = shoot(composition, &whole, (shared, None), 0, goal, constants.few_steps())?;
-        let first = self.looked_through(composition, first, None, cancel);
+        let first = self.looked_through(composition, first, cancel);
         if constants.explaining().0 * first.error() > fitted.error() {
             return None;
         }
@@ -453,9 +454,9 @@ impl Search {
         let short_if_wrong = !composition.forms.is_empty();
         let goal = Goal { short_if_wrong, ..data.goal(WHOLE, data.options(&cancelled, data.constants.steps, bar)) };
         let begun = || Point::new(composition, &whole, shared.to_vec(), false);
-        let point = self.between_rests(composition, shared, bar, cancel).unwrap_or_else(begun);
+        let point = self.between_rests(composition, shared, cancel).unwrap_or_else(begun);
         let landed = land(composition, &whole, &point, goal)
-            .map(|l| if l.whole { self.looked_through(composition, l, bar, cancel) } else { l });
+            .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
         if let (Some(landed), Some(bar)) = (&landed, bar) {
             bar.reached(landed.refined.rss);
         }
@@ -464,12 +465,12 @@ impl Search {
 
     /// No slope leads across a jump of the response: an inner quantity in which it jumps is looked for in its whole range, then
     /// nearer by; so is the force of sliding, the force that holds staying as it is.
-    fn looked_through(&self, composition: &Composition, landed: Landed, bar: Option<&Bar>, cancel: &Cancel) -> Landed {
+    fn looked_through(&self, composition: &Composition, landed: Landed, cancel: &Cancel) -> Landed {
         let positions = composition.positions();
         let terms = composition.places(&composition.middle());
         let cancelled = || cancel.is_cancelled();
-        let options = self.data.options(&cancelled, self.data.constants.steps, bar);
-        let options = FitOptions { driven: !landed.whole, bar: None, ..options };
+        let options =
+            FitOptions { driven: !landed.whole, ..self.data.options(&cancelled, self.data.constants.steps, None) };
         let mut best = landed;
         for (k, form) in composition.forms.iter().enumerate() {
             let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);

@@ -12,7 +12,7 @@ use super::data::Data;
 use super::effects::{Form, logarithmic};
 use super::search::Search;
 use super::structure::Composition;
-use sindyscope_core::refine::{Bar, FitOptions, Output, Point, Refined, Run, cut, misfit, refine};
+use sindyscope_core::refine::{FitOptions, Output, Point, Refined, Run, cut, misfit, refine};
 use sindyscope_core::signal::mean_and_variance;
 use sindyscope_core::study::Cancel;
 
@@ -158,20 +158,12 @@ impl SlipFit<'_> {
 impl Search {
     /// Where a fit of whole records may start: where a fit along slips leads, then one from rest to rest. None without rests or
     /// dry friction, or where whole records say that the shared parameters were better as they are.
-    pub(super) fn between_rests(
-        &self,
-        composition: &Composition,
-        shared: &[f64],
-        bar: Option<&Bar>,
-        cancel: &Cancel,
-    ) -> Option<Point> {
+    pub(super) fn between_rests(&self, composition: &Composition, shared: &[f64], cancel: &Cancel) -> Option<Point> {
         if !composition.forms.iter().any(Form::is_dry_friction) || !self.data.rests() {
             return None;
         }
         let cancelled = || cancel.is_cancelled();
-        let options = self.data.options(&cancelled, self.data.constants.steps, bar);
-        // What rivals leave along whole records tells nothing of slips.
-        let options = FitOptions { driven: true, bar: None, ..options };
+        let options = FitOptions { driven: true, ..self.data.options(&cancelled, self.data.constants.steps, None) };
         let places = composition.positions().inner.forms;
         let each = composition.forms.iter().zip(&places).flat_map(|(form, places)| form.inner.iter().zip(places));
         let holds =
