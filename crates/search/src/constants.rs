@@ -220,10 +220,10 @@ impl Constants {
     }
 
     /// Integration steps after which a walk looks no further: what every set may take that as many looks propose as a set may have
-    /// effects, in three fits each. Walks that named rightly in the studies took less before their last look.
+    /// effects, in two fits each. Walks that named rightly in the studies took less before their last look.
     pub(super) fn effort_of_looks(&self) -> usize {
         let proposed: usize = (1..=LARGEST_SET).map(|effects| self.proposals_of(effects)).sum();
-        3 * LARGEST_SET * proposed * self.effort
+        2 * LARGEST_SET * proposed * self.effort
     }
 
     /// Sets of so many effects that are proposed at most.

@@ -143,7 +143,7 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
 }
 
 /// Decides between sets. `present` is a set that each must contain. `least` is the sum that a set must lead those by that it
-/// is more than, `far` that by which it must lead those of another kind.
+/// is more than, `far` that by which it must lead those of another kind: more where nothing explains the data.
 pub(super) fn judge(
     constants: &Constants,
     sets: &[Hypothesis],
@@ -176,12 +176,14 @@ pub(super) fn judge(
             && !constants.beats(&sets[first], rival, far)
     });
     let mut near: Vec<usize> = rivals.collect();
-    // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest.
+    // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest. Where all
+    // are wrong in some way still, fewer parameters say little, and what is met most often comes first.
     let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();
     all.sort_by(|a, b| {
         let plain = |k: usize| {
             let uncommon = sets[k].forms.iter().filter(|f| !forms[**f].is_common()).count();
-            (sets[k].fitted.composition.parameters(), uncommon)
+            let parameters = sets[k].fitted.composition.parameters();
+            if far > least { (uncommon, parameters) } else { (parameters, uncommon) }
         };
         plain(*a).cmp(&plain(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
     });
