@@ -114,8 +114,12 @@ impl Search {
         }
         tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
         self.settle(tried, cancel);
+        // What was cancelled on its way was not held against all data.
+        if cancel.is_cancelled() {
+            return false;
+        }
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
-        !cancel.is_cancelled()
+        true
     }
 
     /// Fits proposals in their order and adds them to those tried: those that are `wanted` still when their turn comes, after
@@ -200,7 +204,9 @@ impl Search {
             return Arc::clone(fitted);
         }
         let asked = Arc::new(self.data.judged(fitted.composition.clone(), fitted.landed(), cancel));
-        self.keep(Arc::clone(&asked));
+        if !cancel.is_cancelled() {
+            self.keep(Arc::clone(&asked));
+        }
         asked
     }
 
