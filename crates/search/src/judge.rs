@@ -289,5 +289,7 @@ mod tests {
         let lead = Constants::DEFAULT.compared(&one, &calm, "");
         assert_eq!((lead.blocks, lead.won), (6, 1));
         assert!(lead.difference > Constants::DEFAULT.lead && !Constants::DEFAULT.is_enough(&lead));
+        let back = Constants::DEFAULT.compared(&calm, &one, "");
+        assert_eq!((lead.signed(), back.signed()), ("+55".to_owned(), "−55".to_owned()));
     }
 }

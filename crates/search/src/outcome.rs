@@ -10,6 +10,7 @@ use super::fit::Fitted;
 use super::records::RecordScore;
 use super::site::Site;
 use sindyscope_core::simulate::Delays;
+use sindyscope_values::format::number::significant;
 use sindyscope_values::model::Model;
 use sindyscope_values::record::Usage;
 
@@ -392,6 +393,12 @@ impl Lead {
             self.blocks,
             self.against_words()
         )
+    }
+
+    /// The difference with its sign: a set that cannot be told from another may predict worse.
+    pub fn signed(&self) -> String {
+        let sign = if self.difference < 0.0 { "" } else { "+" };
+        format!("{sign}{}", significant(self.difference, 2))
     }
 
     /// The other set in words, for a sentence.

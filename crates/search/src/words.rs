@@ -132,7 +132,7 @@ pub(super) fn described(
 
 /// How far a set leads the nearest one without an effect, in a sentence behind others.
 pub(super) fn led(lead: &Lead) -> String {
-    format!(" {}; log density +{} ± {}.", lead.words(), significant(lead.difference, 2), significant(lead.std_error, 2))
+    format!(" {}; log density {} ± {}.", lead.words(), lead.signed(), significant(lead.std_error, 2))
 }
 
 /// A title within a sentence: names keep their capitals.

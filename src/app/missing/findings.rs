@@ -186,8 +186,8 @@ fn why(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &m
         }
         let said = format!("{title}: {}.", lead.words());
         let sum = format!(
-            "log density +{} ± {}; over resampled blocks at least {}",
-            significant(lead.difference, 2),
+            "log density {} ± {}; over resampled blocks at least {}",
+            lead.signed(),
             significant(lead.std_error, 2),
             significant(lead.quantile, 2)
         );
