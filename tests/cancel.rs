@@ -1,8 +1,8 @@
 //! Whoever waits for long work can stop it: a cancel is honoured promptly, whenever it comes.
 
 use std::fmt::Write as _;
-use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -41,6 +41,12 @@ fn latency(after: Duration, work: &(impl Fn(&Cancel) + Sync)) -> Option<Duration
     })
 }
 
+/// Held by a test for as long as it runs: beside another one's work a cancel waits for a core.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Holds that work stops at once, whenever a cancel comes.
 fn stops_at_once(what: &str, work: impl Fn(&Cancel) + Sync) {
     let least = |after: &u64| {
@@ -70,6 +76,7 @@ fn with_settings(records: &RecordSet) -> Settings {
 
 #[test]
 fn a_study_stops_at_once() {
+    let _alone = alone();
     let records = records("duffing-noisy", 600.0);
     let settings = with_settings(&records);
     stops_at_once("study", |cancel| drop(Study::default().run(&records, &settings, cancel)));
@@ -78,6 +85,7 @@ fn a_study_stops_at_once() {
 
 #[test]
 fn choosing_stops_at_once() {
+    let _alone = alone();
     let records = records("friction", 40.0);
     let start = with_settings(&records);
     let free = FreeSettings { window: true, order: true, threshold: true, form: true, refine: true, terms: false };
@@ -86,6 +94,7 @@ fn choosing_stops_at_once() {
 
 #[test]
 fn refinement_stops_at_once() {
+    let _alone = alone();
     let records = records("duffing-noisy", 40.0);
     let settings = Settings { refine: true, threshold: 0.0, ..with_settings(&records) };
     stops_at_once("refine", |cancel| drop(Study::default().run(&records, &settings, cancel)));
@@ -95,6 +104,7 @@ fn refinement_stops_at_once() {
 
 #[test]
 fn a_map_of_settings_stops_at_once() {
+    let _alone = alone();
     let records = records("friction", 40.0);
     let settings = with_settings(&records);
     stops_at_once("map", |cancel| drop(settings_grid(&records, &settings, (25, 25), cancel, &|_| {})));
@@ -102,6 +112,7 @@ fn a_map_of_settings_stops_at_once() {
 
 #[test]
 fn the_search_stops_at_once() {
+    let _alone = alone();
     let records = records("friction", 40.0);
     let search = Search::new(&records, &Ask::default()).expect("a search");
     stops_at_once("walk", |cancel| drop(search.diagnose(&|_| {}, cancel)));
@@ -112,6 +123,7 @@ fn the_search_stops_at_once() {
 
 #[test]
 fn the_preparation_of_a_search_stops_at_once() {
+    let _alone = alone();
     let options = |seed: u64| ScenarioOptions { seed, duration: Some(600.0), ..ScenarioOptions::default() };
     let of = |seed: u64| generate("duffing-noisy", &options(seed)).expect("a scenario").records;
     let records = RecordSet::new((0..8).flat_map(of), Usage::Fit);
@@ -124,6 +136,7 @@ fn the_preparation_of_a_search_stops_at_once() {
 
 #[test]
 fn reading_stops_at_once() {
+    let _alone = alone();
     let mut text = "t,x,v,a,u\n".to_owned();
     for k in 0..200_000 {
         let t = 1e-3 * f64::from(k);
