@@ -10,6 +10,7 @@ use super::data::Data;
 use super::fit::{Fitted, WHOLE};
 use sindyscope_core::refine::{FitOptions, Run, Structure as _, respond};
 use sindyscope_core::signal::rms;
+use sindyscope_core::simulate::InputGrid;
 use sindyscope_core::sparse::OrthonormalBasis;
 use sindyscope_core::study::Cancel;
 
@@ -27,18 +28,23 @@ impl Data {
             return 0.0;
         }
         let cancelled = || cancel.is_cancelled();
+        let spread = |values: &Arc<[f64]>| values.iter().flat_map(|v| [*v; FINER]).collect();
+        let mut last: Option<(Arc<InputGrid>, Run)> = None;
         let finer = |run: &Run| -> Option<Run> {
-            // A course takes tens of milliseconds where a record is long, and there may be many.
-            if cancelled() {
-                return None;
-            }
-            let spread = |values: &Arc<[f64]>| values.iter().flat_map(|v| [*v; FINER]).collect();
-            Some(Run {
-                grid: Arc::new(run.grid.other_course(FINER)?),
-                measured: run.measured.iter().map(spread).collect(),
-                range: run.range.start * FINER..(run.range.end - 1) * FINER + 1,
-                ..run.clone()
-            })
+            // Runs of one record share its inputs, of which a course takes tens of milliseconds where the record is long.
+            let known = last.take().filter(|(grid, _)| Arc::ptr_eq(grid, &run.grid));
+            let (grid, finer) = match known {
+                Some(known) => known,
+                None if cancelled() => return None,
+                None => {
+                    let grid = Arc::new(run.grid.other_course(FINER)?);
+                    let measured = run.measured.iter().map(spread).collect();
+                    (Arc::clone(&run.grid), Run { grid, measured, ..run.clone() })
+                }
+            };
+            let part = finer.part(run.range.start * FINER..(run.range.end - 1) * FINER + 1);
+            last = Some((grid, finer));
+            Some(part)
         };
         let Some(runs) = fitted.runs.iter().map(finer).collect::<Option<Vec<Run>>>() else { return 0.0 };
         let options = FitOptions { driven, ..self.options(&cancelled, 0, None) };

@@ -48,7 +48,8 @@ impl Search {
             let of_terms =
                 |k: &usize| words_of(tried, &tried.sets[*k]).len() == terms && tried.sets[*k].unborne.is_none();
             let Some(best) = tried.best().into_iter().find(of_terms).filter(|_| enough == usize::MAX) else { break };
-            if !self.is_worth_a_term(tried, best) {
+            let spent = self.effort().steps >= self.data.constants.effort_of_looks();
+            if spent || !self.is_worth_a_term(tried, best) {
                 break;
             }
             let before = Arc::clone(&tried.sets[best].fitted);

@@ -15,7 +15,7 @@ use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use sindyscope_core::refine::{autoregression, lagged_products};
 use sindyscope_core::signal::{dot, rms};
-use sindyscope_core::sparse::OrthonormalBasis;
+use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
 use sindyscope_core::study::Cancel;
 
 /// Residual, as a share of the motion, below which a fit is exact but for the simulation's own arithmetic.
@@ -38,13 +38,20 @@ impl Whitener {
         let count = data.outputs.len();
         let of = |sensor: usize| {
             let own = spans.iter().skip(sensor).step_by(count);
-            let products = |rows: &[f64]| lagged_products(own.clone().map(|s| &rows[s.clone()]), ORDER);
+            let products = |first: usize, rows: &[f64]| {
+                let part = |s: &std::ops::Range<usize>| {
+                    let end = s.end.min(first + rows.len());
+                    rows.get(s.start.max(first) - first..end.saturating_sub(first)).unwrap_or_default()
+                };
+                lagged_products(own.clone().map(part), ORDER)
+            };
             let mut lost = vec![0.0; ORDER + 1];
             for column in taken.columns() {
-                lost.iter_mut().zip(products(column)).for_each(|(lost, product)| *lost += product);
+                let products = products(column.first, &column.values);
+                lost.iter_mut().zip(products).for_each(|(lost, product)| *lost += product);
             }
             let samples = own.clone().map(|s| s.len()).sum::<usize>() as f64;
-            let mut correlation = products(residual);
+            let mut correlation = products(0, residual);
             let variance = correlation[0] / (samples - lost[0]).max(1.0);
             correlation.iter_mut().zip(lost).for_each(|(c, lost)| *c = (*c + variance * lost) / samples.max(1.0));
             autoregression(&correlation)
@@ -56,10 +63,39 @@ impl Whitener {
     }
 
     fn apply(&self, column: &[f64]) -> Vec<f64> {
-        let mut out = Vec::with_capacity(column.len());
+        self.whitened(0, column).values
+    }
+
+    /// A column whitened: what stands in a row is felt in those after it.
+    fn whitened(&self, first: usize, values: &[f64]) -> LocalColumn {
+        let end = first + values.len();
+        let mut out = LocalColumn { first: 0, values: Vec::with_capacity(values.len() + ORDER) };
+        // Where a span's rows begin among those whitened: the first ones of each cannot be predicted.
+        let mut begins = 0;
         for (span, (coefficients, scale)) in self.spans.iter().zip(self.sensors.iter().cycle()) {
-            let part = &column[span.clone()];
-            out.extend((coefficients.len()..part.len()).map(|n| {
+            let order = coefficients.len();
+            let rows = span.len().saturating_sub(order);
+            let begun = begins;
+            begins += rows;
+            if span.end <= first || span.start >= end || rows == 0 {
+                continue;
+            }
+            let from = (first.max(span.start) - span.start).saturating_sub(order);
+            let to = (end.min(span.end) - span.start).min(rows);
+            let at = |row: usize| row.checked_sub(first).and_then(|k| values.get(k)).copied().unwrap_or(0.0);
+            let within = span.start + from >= first && span.start + to + order <= end;
+            let padded: Vec<f64>;
+            let part = if within {
+                &values[span.start + from - first..span.start + to + order - first]
+            } else {
+                padded = (span.start + from..span.start + to + order).map(at).collect();
+                &padded
+            };
+            if out.values.is_empty() {
+                out.first = begun + from;
+            }
+            out.values.resize(begun + from - out.first, 0.0);
+            out.values.extend((order..part.len()).map(|n| {
                 let predicted: f64 = coefficients.iter().enumerate().map(|(k, a)| a * part[n - 1 - k]).sum();
                 scale * (part[n] - predicted)
             }));
@@ -106,22 +142,19 @@ impl Data {
             questions.push((format!("Has the shape of {}", form.full_title()), columns, asked));
         }
         let mut all = OrthonormalBasis::default();
-        for column in tangent
-            .iter()
-            .chain(questions.iter().flat_map(|q| &q.1))
-            .chain(screened.hits.iter().flat_map(|h| &h.columns))
-        {
+        let asked = questions.iter().flat_map(|q| &q.1).chain(screened.hits.iter().flat_map(|h| &h.columns));
+        for column in tangent.iter().cloned().chain(asked.cloned().map(LocalColumn::from)) {
             if cancel.is_cancelled() {
                 return None;
             }
-            all.push(column.clone());
+            all.push(column);
         }
         let mut rest = residual.clone();
         all.remove(&mut rest);
         let whitener = Whitener::new(self, &rest, &all);
         let mut basis = OrthonormalBasis::default();
         for column in &tangent {
-            basis.push(whitener.apply(column));
+            basis.push(whitener.whitened(column.first, &column.values));
         }
         let mut target = whitener.apply(&residual);
         basis.remove(&mut target);
@@ -143,7 +176,7 @@ impl Data {
                     let whole = dot(&column, &column).sqrt();
                     basis.remove(&mut column);
                     if dot(&column, &column).sqrt() > 1e-5 * whole && own.push(column) {
-                        let share = own.columns().last().map_or(0.0, |q| dot(q, &target));
+                        let share = own.columns().last().map_or(0.0, |q| q.dot(&target));
                         gain += share * share;
                     }
                 }

@@ -86,6 +86,12 @@ impl Constants {
         self.compared(&first.blocks, &second.blocks, "").is_more_than(least)
     }
 
+    /// True if a set leaves so much less on the data fitted than another, along records as long, that the two are not alike.
+    fn fits_better(&self, first: &Hypothesis, second: &Hypothesis) -> bool {
+        first.fitted.level >= second.fitted.level
+            && self.unseen_ratio * first.fitted.error() < second.fitted.error()
+    }
+
     /// The sum that a set must lead another by that it is more than.
     pub(super) fn least_lead(&self, single_tone: bool) -> f64 {
         if single_tone { self.lead_on_one_tone * self.lead } else { self.lead }
@@ -173,7 +179,7 @@ pub(super) fn judge(
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && !constants.beats(&sets[first], rival, far)
+            && (!constants.beats(&sets[first], rival, far) || far > least && constants.fits_better(rival, &sets[first]))
     });
     let mut near: Vec<usize> = rivals.collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest. Where all

@@ -16,7 +16,7 @@ use super::site::{Placed, accelerations};
 use sindyscope_core::refine::{Output, Structure as _};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
-use sindyscope_core::sparse::OrthonormalBasis;
+use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
 use sindyscope_core::study::Cancel;
 
 /// The motion of every fitted record under a fitted model.
@@ -169,7 +169,7 @@ impl Data {
     ) -> Vec<Vec<f64>> {
         let total = self.total();
         if addition.offset {
-            return self.offsets();
+            return self.offsets().iter().map(|offset| offset.whole(total)).collect();
         }
         if let Some(level) = addition.ceiling {
             return vec![self.clipped(level, simulated)];
@@ -202,15 +202,9 @@ impl Data {
     }
 
     /// One column for each sensor of each record: its weight there.
-    fn offsets(&self) -> Vec<Vec<f64>> {
-        let total = self.total();
+    fn offsets(&self) -> Vec<LocalColumn> {
         let each = self.spans().zip(self.weights.iter().cycle());
-        each.map(|(span, weight)| {
-            let mut column = vec![0.0; total];
-            column[span].fill(*weight);
-            column
-        })
-        .collect()
+        each.map(|(span, weight)| LocalColumn { first: span.start, values: vec![*weight; span.len()] }).collect()
     }
 
     /// What sensors that show no more than ± a level leave of a simulated response.
@@ -269,11 +263,10 @@ impl Data {
         })
     }
 
-    /// A sensitivity of each run on all rows, those of one run's own values zero elsewhere.
-    fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<Vec<f64>> {
-        let total = self.total();
+    /// A sensitivity of each run to a value of its own, zero but in the run's rows; then what records have of their own.
+    fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<LocalColumn> {
+        let mut columns = Vec::new();
         let free = !fitted.refined.point.offsets.is_empty();
-        let mut columns = if free { self.offsets() } else { Vec::new() };
         let offsets = if free { self.outputs.len() } else { 0 };
         let spans: Vec<_> = self.spans().collect();
         let mut before = (usize::MAX, 0);
@@ -281,24 +274,26 @@ impl Data {
             // Where the run begins in its record, runs of one record standing behind one another.
             let from = if before.0 == run.record { before.1 } else { 0 };
             let length = run.range.len();
+            let of_sensor = |i: usize| spans[run.record * self.outputs.len() + i].start + from;
+            let (first, end) = (of_sensor(0), of_sensor(self.outputs.len() - 1) + length);
             for s in &sensitivities[shared + offsets..] {
-                let mut column = vec![0.0; total];
+                let mut values = vec![0.0; end - first];
                 for (i, part) in s.chunks(length.max(1)).enumerate() {
-                    let place = spans[run.record * self.outputs.len() + i].start + from;
-                    column[place..place + part.len()].copy_from_slice(part);
+                    values[of_sensor(i) - first..][..part.len()].copy_from_slice(part);
                 }
-                columns.push(column);
+                columns.push(LocalColumn { first, values });
             }
             before = (run.record, from + length);
         }
+        columns.extend(if free { self.offsets() } else { Vec::new() });
         columns
     }
 
-    /// What the fitted model's own parameters can do to the response: its exact sensitivities.
-    pub(super) fn tangent(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
+    /// What the fitted model's own parameters can do to the response: its exact sensitivities, those of a few rows first.
+    pub(super) fn tangent(&self, fitted: &Fitted) -> Vec<LocalColumn> {
         let shared = fitted.refined.point.shared.len();
-        let mut columns: Vec<Vec<f64>> = (0..shared).map(|j| fitted.sensitivity(j)).collect();
-        columns.extend(self.own_columns(fitted, shared));
+        let mut columns = self.own_columns(fitted, shared);
+        columns.extend((0..shared).map(|j| fitted.sensitivity(j).into()));
         columns
     }
 
@@ -312,11 +307,10 @@ impl Data {
         let base = self.columns(&own, &motion.measured, &motion.variations, present, simulated);
         let shared = fitted.refined.point.shared.len();
         let inner = composed.terms.len()..shared;
-        let mut rest: Vec<Vec<f64>> = inner.map(|j| fitted.sensitivity(j)).collect();
-        rest.extend(self.own_columns(fitted, shared));
+        let rest = base.into_iter().chain(inner.map(|j| fitted.sensitivity(j)));
         let mut basis = OrthonormalBasis::default();
-        for column in base.iter().chain(&rest) {
-            basis.push(column.clone());
+        for column in self.own_columns(fitted, shared).into_iter().chain(rest.map(LocalColumn::from)) {
+            basis.push(column);
         }
         let mut target = fitted.rows(&fitted.refined.residuals);
         basis.remove(&mut target);
@@ -382,7 +376,7 @@ fn explain(basis: &OrthonormalBasis, target: &[f64], columns: Vec<Vec<f64>>, for
             present += 1;
             continue;
         }
-        let mut row: Vec<f64> = own.columns().iter().map(|q| dot(q, &column)).collect();
+        let mut row: Vec<f64> = own.columns().iter().map(|q| q.dot(&column)).collect();
         own.remove(&mut column);
         let size = dot(&column, &column).sqrt();
         if size < 1e-6 * left {
