@@ -88,8 +88,7 @@ impl Constants {
 
     /// True if a set leaves so much less on the data fitted than another, along records as long, that the two are not alike.
     fn fits_better(&self, first: &Hypothesis, second: &Hypothesis) -> bool {
-        first.fitted.level >= second.fitted.level
-            && self.unseen_ratio * first.fitted.error() < second.fitted.error()
+        first.fitted.level >= second.fitted.level && self.unseen_ratio * first.fitted.error() < second.fitted.error()
     }
 
     /// The sum that a set must lead another by that it is more than.
