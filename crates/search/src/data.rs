@@ -37,6 +37,8 @@ pub(super) struct RecordSeries {
     pub(super) outputs: Vec<Output>,
     pub(super) measured: Vec<Arc<[f64]>>,
     weights: Vec<f64>,
+    /// Standard deviation of the noise of its weighted residuals, without a model.
+    noise: f64,
     pub(super) grid: Arc<InputGrid>,
     /// Inputs and their rates at the samples.
     pub(super) inputs: Vec<Vec<f64>>,
@@ -146,7 +148,10 @@ impl Data {
         let fitted = fit.len();
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
-        series.iter_mut().for_each(|s| s.weights.clone_from(&weights));
+        for s in &mut series {
+            s.weights.clone_from(&weights);
+            s.noise = s.residual_noise();
+        }
         share_limits(&mut series);
         let of_displacement = |i: usize| if outputs[i] == Output::Displacement(i) { noises[i] } else { 0.0 };
         // A velocity or an acceleration makes more of what is fast than the displacement does.
@@ -292,6 +297,12 @@ impl Data {
     pub(super) fn held_out(&self) -> &[RecordSeries] {
         &self.series[self.fitted..]
     }
+
+    /// Standard deviation of the noise of a run's weighted residuals, without a model; not less than that of all fitted records.
+    pub(super) fn noise_in(&self, run: &Run) -> f64 {
+        let own = self.series.iter().find(|s| Arc::ptr_eq(&s.grid, &run.grid)).map_or(0.0, |s| s.noise);
+        own.max(self.noise)
+    }
 }
 
 /// The records that are fitted, if all that is asked for can be done with them.
@@ -407,6 +418,7 @@ impl RecordSeries {
             measured: sensors.iter().map(|role| channel(*role)).collect(),
             outputs: sensors.iter().copied().map(output).collect(),
             weights: vec![1.0; sensors.len()],
+            noise: 0.0,
             grid: Arc::clone(&drive.grid),
             inputs,
             input_rates,
@@ -423,6 +435,12 @@ impl RecordSeries {
 
     pub(super) fn len(&self) -> usize {
         self.measured.first().map_or(0, |m| m.len())
+    }
+
+    fn residual_noise(&self) -> f64 {
+        let of = |(measured, weight): (&Arc<[f64]>, &f64)| weight * standard_deviation(measured).unwrap_or(0.0);
+        let noises: Vec<f64> = self.measured.iter().zip(&self.weights).map(of).collect();
+        rms(&noises)
     }
 
     /// The whole record as one run.

@@ -205,19 +205,28 @@ impl Data {
     pub(super) fn densities(&self, fitted: &Fitted, cancel: &Cancel) -> Vec<f64> {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
-        let of = |shared: &[f64], records: &[Run]| -> Vec<Vec<f64>> {
-            records.iter().flat_map(|run| self.predicted(composition, shared, run, cancel)).collect()
-        };
-        let own = of(shared, &self.whole()).concat();
+        let of = |shared: &[f64], run: &Run| self.predicted(composition, shared, run, cancel);
+        let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
-        let unseen: Vec<Vec<f64>> = if self.held_out().is_empty() {
-            let folds = self.folds().into_iter().zip(&fitted.refitted);
-            folds.flat_map(|((_, test), shared)| of(shared, &test)).collect()
-        } else {
-            let records: Vec<Run> = self.held_out().iter().map(|s| Run { record: 0, ..s.run() }).collect();
-            of(shared, &records)
+        // A sensor set to a larger range is noisier: a set must not lose there for having been surer.
+        let density = |run: &Run, errors: &[f64]| {
+            let (noise, here) = (self.noise.max(f64::MIN_POSITIVE), self.noise_in(run));
+            let beside = (scale * scale - noise * noise).max(0.0).sqrt();
+            let scale = if here > noise { beside.hypot(scale.min(noise) / noise * here) } else { scale };
+            self.constants.density(errors, scale)
         };
-        unseen.iter().map(|errors| self.constants.density(errors, scale)).collect()
+        let blocks = |shared: &[f64], run: &Run| -> Vec<f64> {
+            of(shared, run).iter().map(|errors| density(run, errors)).collect()
+        };
+        if self.held_out().is_empty() {
+            let folds = self.folds().into_iter().zip(&fitted.refitted);
+            folds
+                .flat_map(|((_, test), shared)| test.iter().flat_map(|run| blocks(shared, run)).collect::<Vec<_>>())
+                .collect()
+        } else {
+            let records = self.held_out().iter().map(|s| Run { record: 0, ..s.run() });
+            records.flat_map(|run| blocks(shared, &run)).collect()
+        }
     }
 
     /// Samples that no fit sees.

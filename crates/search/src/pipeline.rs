@@ -356,8 +356,11 @@ impl Search {
             .filter(|k| {
                 let set = &tried.sets[*k];
                 let lost = contains(&set.forms, forms(best), &tried.forms) && left(set) > least;
+                let short = || left(set) < least && set.unborne.is_none() && self.landed_lower(set, tried).is_some();
                 !set.forms.is_empty()
-                    && (lost || parts(&set.forms, &tried.forms) <= size && left(set) < constants.far_behind * least)
+                    && (lost
+                        || parts(&set.forms, &tried.forms) <= size && left(set) < constants.far_behind * least
+                        || short())
             })
             .collect();
         // A name too many comes of a part that was not fitted to its end.
@@ -369,10 +372,16 @@ impl Search {
                 return None;
             }
             let composition = &fitted.composition;
-            let transferred = composition.transferred(&fitted.parameters, &first.composition, &first.parameters).row();
-            let again = (k != best)
-                .then(|| self.landed(composition, &composition.clamped(&transferred), Some(&Bar::default()), cancel))
-                .flatten();
+            let shared = |from: &Fitted| {
+                let start = composition.transferred(&fitted.parameters, &from.composition, &from.parameters).row();
+                composition.clamped(&start)
+            };
+            let again = match self.landed_lower(&tried.sets[k], tried) {
+                Some(from) => self.landed_on(composition, shared(from), from, cancel),
+                None => (k != best)
+                    .then(|| self.landed(composition, &shared(&first), Some(&Bar::default()), cancel))
+                    .flatten(),
+            };
             let by_stretches = self.by_stretches(fitted, cancel);
             let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
             let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
@@ -382,6 +391,36 @@ impl Search {
         for (k, set) in near.into_par_iter().filter_map(again).collect::<Vec<_>>() {
             tried.sets[k] = set;
         }
+    }
+
+    /// A fit along whole records from shared parameters and the motion of another fit.
+    fn landed_on(
+        &self,
+        composition: &Composition,
+        shared: Vec<f64>,
+        motion: &Fitted,
+        cancel: &Cancel,
+    ) -> Option<Landed> {
+        let own = Point::new(composition, &motion.runs, shared, false);
+        let there = &motion.refined.point;
+        let alike = own.own.iter().map(Vec::len).eq(there.own.iter().map(Vec::len));
+        let point = Point { own: if alike { there.own.clone() } else { own.own.clone() }, ..own };
+        let cancelled = || cancel.is_cancelled();
+        let options = self.data.options(&cancelled, self.data.constants.steps, None);
+        let refined = refine(composition, &motion.runs, &point, options)?;
+        Some(Landed { refined, ..motion.landed() })
+    }
+
+    /// The fit of a set with more in it, of which the data do not bear all, that leaves less all the same than chance would have
+    /// it: the set itself has not landed where it could.
+    fn landed_lower<'t>(&self, set: &Hypothesis, tried: &'t Tried) -> Option<&'t Arc<Fitted>> {
+        let more = tried.sets.iter().filter(|other| {
+            other.unborne.is_some() && other.fitted.level == WHOLE && contains(&other.forms, &set.forms, &tried.forms)
+        });
+        let least = more.min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
+        let (own, lower) = (&set.fitted.refined, &least.fitted.refined);
+        let lead = 0.5 * own.samples as f64 * (own.rss / lower.rss).ln();
+        (lead > self.data.constants.lead).then_some(&least.fitted)
     }
 
     /// A fit begun anew along short stretches that grow to whole records; none where those are left with as much.
