@@ -401,10 +401,11 @@ impl Search {
         motion: &Fitted,
         cancel: &Cancel,
     ) -> Option<Landed> {
-        let own = Point::new(composition, &motion.runs, shared, false);
-        let there = &motion.refined.point;
-        let alike = own.own.iter().map(Vec::len).eq(there.own.iter().map(Vec::len));
-        let point = Point { own: if alike { there.own.clone() } else { own.own.clone() }, ..own };
+        let mut point = Point::new(composition, &motion.runs, shared, false);
+        let there = &motion.refined.point.own;
+        if point.own.iter().map(Vec::len).eq(there.iter().map(Vec::len)) {
+            point.own.clone_from(there);
+        }
         let cancelled = || cancel.is_cancelled();
         let options = self.data.options(&cancelled, self.data.constants.steps, None);
         let refined = refine(composition, &motion.runs, &point, options)?;

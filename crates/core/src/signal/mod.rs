@@ -26,6 +26,7 @@ pub use smoothing::{Differentiation, Smoothing};
 pub use spectrum::{Peak, Spectrum, main_period, motion_period};
 pub use standing::rests;
 pub(crate) use standing::{shortest_standstill, standstills, standstills_from};
+pub(crate) use sums::LANES;
 pub use sums::{dot, dots, mean_and_variance, median, ranked, rms};
 pub use test_function::TestFunction;
 

@@ -2,10 +2,12 @@
 
 use fearless_simd::{Level, dispatch};
 
+/// Lanes of a sum.
+pub(crate) const LANES: usize = 8;
+
 /// Inner product Σ aᵢbᵢ of two series of one length, several lanes at once: the same sum in registers of any width.
 #[inline(always)] // into each width of registers
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 8;
     let mut sums = [0.0; LANES];
     let (a8, b8) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(a, b)| a * b).sum();

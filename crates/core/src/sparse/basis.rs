@@ -2,7 +2,7 @@
 
 use fearless_simd::{Level, dispatch};
 
-use crate::signal::dot;
+use crate::signal::{LANES, dot};
 
 /// A column that is zero but for neighbouring rows.
 #[derive(Clone, Debug)]
@@ -20,9 +20,7 @@ impl From<Vec<f64>> for LocalColumn {
 }
 
 /// An entry of a column of norm one below which it is lost in the rounding of the others.
-const LOST: f64 = 1e-18;
-/// Rows that ends are cut to a multiple of: the lanes of a sum, so that each row stays in its lane.
-const LANES: usize = 8;
+const NEGLIGIBLE: f64 = 1e-18;
 
 impl LocalColumn {
     fn end(&self) -> usize {
@@ -59,9 +57,9 @@ impl LocalColumn {
         self.values.resize(length, 0.0);
     }
 
-    /// Does without rows at its ends in which there is nothing.
+    /// Does without rows at its ends in which there is nothing; each row that stays keeps its lane in a sum.
     fn cut(&mut self) {
-        let something = |c: &f64| c.abs() > LOST;
+        let something = |c: &f64| c.abs() > NEGLIGIBLE;
         if let Some(last) = self.values.iter().rposition(something) {
             let end = (self.first + last + 1).next_multiple_of(LANES);
             self.values.truncate(end - self.first);
@@ -149,7 +147,7 @@ fn remove_each_nearby(columns: &[LocalColumn], column: &mut LocalColumn) {
         }
         let share =
             dot(&q.values[first - q.first..end - q.first], &column.values[first - column.first..end - column.first]);
-        if share.abs() > LOST {
+        if share.abs() > NEGLIGIBLE {
             column.reach(q.first, q.end());
             let from = q.first - column.first;
             remove(q, share, &mut column.values[from..from + q.values.len()]);
