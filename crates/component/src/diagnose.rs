@@ -5,7 +5,7 @@
 
 use sindyscope_core::signal::{rms, standard_deviation};
 use sindyscope_core::study::Cancel;
-use sindyscope_search::{Constants, Lead};
+use sindyscope_search::{CONSTANTS, Lead};
 use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::record::Usage;
 use sindyscope_values::term::{Expression, Layout, Symbol, Term, TermFamily};
@@ -18,10 +18,6 @@ use super::identify::check;
 use super::outcome::{ComponentModel, fits};
 use super::specimen::{RecordPath, Specimen};
 
-/// What the search for missing effects decides by.
-const CONSTANTS: Constants = Constants::DEFAULT;
-/// Noises from which what is left matters.
-const MATTERS_NOISES: f64 = 1.0 + CONSTANTS.matters_noises;
 /// The scale of Student's law with five degrees of freedom that normal errors of unit deviation are most likely under.
 const SCALE_OF_NORMAL: f64 = 0.8566;
 /// Error on data not fitted, over that with an effect, from which the effect matters where the noise is not reached.
@@ -101,7 +97,7 @@ impl ComponentDiagnosis {
 
     /// True if what is left is no more than the noise.
     pub fn explained(&self) -> bool {
-        self.noises <= MATTERS_NOISES
+        self.noises <= CONSTANTS.mattering()
     }
 
     /// The verdict by its name in the interface.
@@ -159,7 +155,7 @@ pub fn diagnose(
     let mut steps = Vec::new();
     for step in 0..most {
         if search.fitter.deviation_unseen(&present.fitted)
-            <= MATTERS_NOISES * noise_of_base.min(search.noise(&present.fitted))
+            <= CONSTANTS.mattering() * noise_of_base.min(search.noise(&present.fitted))
             && step > 0
         {
             break;
@@ -247,7 +243,7 @@ impl ComponentSearch<'_> {
         let sum = |h: &ComponentHypothesis| h.blocks.iter().sum::<f64>();
         let matters = |h: &ComponentHypothesis| {
             let noise = self.noise(&h.fitted) / self.fitter.specimen.scale;
-            self.fitter.deviation_unseen(&h.fitted) / self.fitter.specimen.scale <= MATTERS_NOISES * noise
+            self.fitter.deviation_unseen(&h.fitted) / self.fitter.specimen.scale <= CONSTANTS.mattering() * noise
                 || MATTERS_RATIO * h.unseen <= present.unseen
         };
         let stands = |h: &ComponentHypothesis| self.bears(&h.fitted) && matters(h) && beats(h, present);

@@ -1,9 +1,6 @@
 //! Models held against each other on data that neither was fitted to, by the one rule of the search for missing effects.
 
-use sindyscope_search::{Constants, Lead};
-
-/// What the search for missing effects decides by.
-const CONSTANTS: Constants = Constants::DEFAULT;
+use sindyscope_search::{CONSTANTS, Lead};
 
 /// What a model leaves, sensor by sensor, in units of the sensors' RMS.
 #[derive(Clone, Debug, Default)]

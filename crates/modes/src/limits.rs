@@ -5,8 +5,6 @@
 
 use std::ops::RangeInclusive;
 
-use sindyscope_search::Constants;
-
 // Levels.
 
 /// Least gain of a further mode: share of the error on data never fitted, beside the lead that every name needs. Below
@@ -15,12 +13,8 @@ pub(crate) const MODE_GAIN: f64 = 0.01;
 /// Error, as a share of the sensors' RMS, that is no noise's but the model's own: its shapes are real, which they are not quite where
 /// damping is not in proportion to mass and stiffness. What is left below it asks for no further mode and for no force.
 pub(crate) const LEAST_ERROR: f64 = 5e-3;
-/// Error of the linear model, in noises, up to which nothing is missing: as the search for missing effects has it.
-pub(crate) const NOTHING_MISSING: f64 = 1.0 + Constants::DEFAULT.explains;
 /// Error of a force, in noises, up to which it explains the data: no further start, and no rival far behind, is tried.
 pub(crate) const EXPLAINS: f64 = 1.12;
-/// Error, in noises, from which what is left matters, so that no name is given: as the search for missing effects has it.
-pub(crate) const MATTERS: f64 = 1.0 + Constants::DEFAULT.matters_noises;
 /// Error of a named force at most, as a share of the linear model's.
 pub(crate) const FORCE_GAIN: f64 = 0.97;
 /// RMS of the free oscillations, as a share of the sensor's, up to which a record starts at rest.

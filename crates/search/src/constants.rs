@@ -93,8 +93,7 @@ macro_rules! constants {
         }
 
         impl Constants {
-            /// The values that the program uses.
-            pub const DEFAULT: Self = Self { $($name: $value,)+ };
+            pub(super) const DEFAULT: Self = Self { $($name: $value,)+ };
 
             /// Every one of them, in the order of the fields.
             pub const EACH: &'static [Constant] = &[$(
@@ -207,6 +206,9 @@ constants! {
     thinned_above: usize = 8000, FACTOR, "samples", "time";
 }
 
+/// The values that the program uses. No constant: those who use them are not built anew with one that has changed.
+pub static CONSTANTS: Constants = Constants::DEFAULT;
+
 impl Default for Constants {
     fn default() -> Self {
         Self::DEFAULT
@@ -231,8 +233,13 @@ impl Constants {
         (self.proposals * (LARGEST_SET + 1 - effects.clamp(1, LARGEST_SET))).div_ceil(LARGEST_SET)
     }
 
+    /// Error, in noises, from which what is left matters, so that no name explains the data.
+    pub fn mattering(&self) -> f64 {
+        1.0 + self.matters_noises
+    }
+
     /// Times the noise that a set which explains the data leaves at most, on the data fitted and on those never fitted.
-    pub(super) fn explaining(&self) -> (f64, f64) {
+    pub fn explaining(&self) -> (f64, f64) {
         (1.0 + self.explains, 1.0 + 2.0 * self.explains)
     }
 

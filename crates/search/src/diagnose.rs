@@ -164,7 +164,7 @@ impl Search {
             let from = (reached.refined.point.shared.as_slice(), Some(reached.of(composition)));
             let longer = shoot(composition, &whole, from, reached.level + 1, goal, constants.steps);
             let Some(longer) = longer.filter(|l| !l.is_sensitive()) else { return true };
-            let much = longer.error() > (1.0 + constants.matters_noises) * noise;
+            let much = longer.error() > constants.mattering() * noise;
             if much && !reached.goes_on_in(&longer) {
                 return false;
             }

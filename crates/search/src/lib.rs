@@ -62,7 +62,7 @@ mod tests;
 mod walk;
 mod words;
 
-pub use constants::{Constant, Constants};
+pub use constants::{CONSTANTS, Constant, Constants};
 pub use effects::{
     DESCRIPTION, ForceAxis, OwnEffect, OwnError, OwnPart, OwnQuantity, OwnSign, OwnState, OwnTerm, hysteresis_rate,
 };

@@ -440,7 +440,7 @@ impl Search {
         let data = &self.data;
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
         let constants = &data.constants;
-        let matters = (1.0 + constants.matters_noises) * data.noise;
+        let matters = constants.mattering() * data.noise;
         let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < matters;
         let least = constants.least_lead(self.audit.single_tone);
         let explained = tried.sets.iter().any(explains);

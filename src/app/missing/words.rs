@@ -2,7 +2,7 @@
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
-use sindyscope_search::{Constants, Finding, Gap, Round, within};
+use sindyscope_search::{CONSTANTS, Finding, Gap, Round, within};
 
 use crate::app::theme;
 use sindyscope_values::format::number::{significant, significant_trimmed, superscript};
@@ -20,7 +20,7 @@ pub(super) fn p_value(p: f64) -> String {
 /// The answer to a question about what is left; `gap` tells whether there is one beyond noise at all.
 pub(super) fn answer(p: f64, gap: bool) -> String {
     let said = match p {
-        p if p < Constants::DEFAULT.level && gap => "yes",
+        p if p < CONSTANTS.level && gap => "yes",
         p if p < HINT => "not clearly",
         _ => "no sign of it",
     };
@@ -29,7 +29,7 @@ pub(super) fn answer(p: f64, gap: bool) -> String {
 
 /// Why there is no gap, with the level that it was held against.
 pub(super) fn no_gap(p: f64) -> String {
-    let level = Constants::DEFAULT.level;
+    let level = CONSTANTS.level;
     if p < level {
         // Steps of the sensor repeat with the motion as a force does: they are held against a far lower level.
         return format!("{}: not clear enough beside what noise, steps and arithmetic leave", p_value(p));

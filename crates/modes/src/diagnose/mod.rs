@@ -12,7 +12,7 @@ use super::error::ModesError;
 use super::force::{Effect, Site};
 use super::identify::{Path, PathRequest, Split, chosen_path, linear, main_period, path};
 use super::judge::Residuals;
-use super::limits::{EXPLAINS, LAST_POLE_STEPS, LEAST_ERROR, MATTERS, NOTHING_MISSING};
+use super::limits::{EXPLAINS, LAST_POLE_STEPS, LEAST_ERROR};
 use super::measurement::{Measurement, SensorSeries};
 use super::outcome::Structure;
 use super::pole::Pole;
@@ -22,7 +22,7 @@ use super::study::structure;
 use serde::{Deserialize, Serialize};
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
-use sindyscope_search::{Found, Lead};
+use sindyscope_search::{CONSTANTS, Found, Lead};
 use sindyscope_values::record::RecordSet;
 use std::borrow::Cow;
 
@@ -72,10 +72,10 @@ impl StructureDiagnosis {
     /// no name.
     pub fn verdict(&self) -> &'static str {
         match &self.found {
-            Some(_) if self.noises >= MATTERS => "unexplained",
+            Some(_) if self.noises >= CONSTANTS.mattering() => "unexplained",
             Some(force) if force.rivals.is_empty() => "named",
             Some(_) => "ambiguous",
-            None if self.noises < MATTERS => "nothing_missing",
+            None if self.noises < CONSTANTS.mattering() => "nothing_missing",
             None => "unexplained",
         }
     }
@@ -191,7 +191,7 @@ pub fn diagnose(
         noises: linear_error / noise,
         unseen: unseen_records(&measurement, &split, before, None),
     };
-    if linear_error < NOTHING_MISSING * noise {
+    if linear_error < CONSTANTS.explaining().0 * noise {
         return Ok(plain(true));
     }
     let search = ForceSearch { measurement: &measurement, split: &split, path: &path, chosen, fixed, noise };

@@ -8,7 +8,7 @@ use super::drawings::{self, FigureLimits};
 use super::math;
 use sindyscope_core::study::Severity;
 use sindyscope_search::{
-    Candidate, Constants, Description, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step,
+    CONSTANTS, Candidate, Description, Diagnosis, Finding, Gap, Parameter, Round, Stage, Standing, Step,
 };
 use sindyscope_values::format::equations;
 use sindyscope_values::format::number::{
@@ -322,7 +322,7 @@ fn round_blocks(round: &Round, step: Option<&Step<'_>>, unit: &str, tested: &'st
 
 /// Why there is no gap, with the level that it was held against.
 fn no_gap(p: f64) -> String {
-    let level = Constants::DEFAULT.level;
+    let level = CONSTANTS.level;
     if p < level {
         return p_words(p);
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::drawn::{Drawn, Searched, hidden, in_regime, searched, two_masses};
 use rayon::prelude::*;
 use sindyscope_rig::hidden::{ExcitationKind, Instruments, Regime};
-use sindyscope_search::Constants;
+use sindyscope_search::CONSTANTS;
 
 /// Share by which the integration steps may differ: where a fit ends may hang on the last digit, in which processors differ.
 const SAME_STEPS: f64 = 0.05;
@@ -67,7 +67,7 @@ impl Entry {
 #[test]
 fn searches_cost_what_they_cost_before_and_say_the_same() {
     let found: Vec<Entry> =
-        searches().par_iter().map(|drawn| Entry::new(drawn, &searched(drawn, &Constants::DEFAULT))).collect();
+        searches().par_iter().map(|drawn| Entry::new(drawn, &searched(drawn, &CONSTANTS))).collect();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/effort.txt");
     if std::env::var_os("UPDATE_EFFORT").is_some() {
         std::fs::write(&file, found.iter().map(Entry::text).collect::<String>()).unwrap();

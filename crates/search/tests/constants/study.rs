@@ -7,7 +7,7 @@ use super::drawn::{Drawn, Searched, hidden, in_regime, searched, two_masses};
 use rayon::prelude::*;
 use sindyscope_rig::NoiseKind;
 use sindyscope_rig::hidden::{ExcitationKind, Instruments, Regime};
-use sindyscope_search::{Constant, Constants};
+use sindyscope_search::{CONSTANTS, Constant, Constants};
 
 /// Share of the effort from which a constant moves it.
 const EFFORT_MOVED: f64 = 0.02;
@@ -161,7 +161,7 @@ fn no_constant_does_better_halved_or_doubled() {
     let (from, to) = draws_asked_for();
     let draws: Vec<Drawn> = DRAWS[from..to].par_iter().map(|draw| draw()).collect();
     let all = |constants: &Constants| draws.par_iter().map(|d| searched(d, constants)).collect::<Vec<Searched>>();
-    let default = all(&Constants::DEFAULT);
+    let default = all(&CONSTANTS);
     for (k, (drawn, found)) in draws.iter().zip(&default).enumerate() {
         let Searched { verdict, names, effort, right, .. } = found;
         let mark = if *right { "" } else { "!" };
@@ -202,7 +202,7 @@ fn no_constant_does_better_halved_or_doubled() {
             idle.push(constant.name);
         }
         let numbers: Vec<String> = numbers.iter().map(|k| (from + k).to_string()).collect();
-        let (name, value, unit) = (constant.name, (constant.value)(&Constants::DEFAULT), constant.unit);
+        let (name, value, unit) = (constant.name, (constant.value)(&CONSTANTS), constant.unit);
         println!("| `{name}` | {value} | {unit} | {} | {} |", cells.join(" | "), numbers.join(" "));
     }
     println!("\nmove nothing: {}", idle.join(", "));
