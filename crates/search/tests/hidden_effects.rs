@@ -265,6 +265,16 @@ fn the_wide_study() {
     targets.assert_reached();
 }
 
+#[test]
+fn a_velocity_or_an_acceleration_alone_shows_a_steep_spring() {
+    let quintic = [vec!["quintic_stiffness".to_owned()]];
+    for shown in [SensedMotion::Velocity, SensedMotion::Acceleration] {
+        let case = cases(&quintic, &[ExcitationKind::Multisine], &[Instruments { shown, ..white(0.01) }], 1..2);
+        let found = run(&case[0]).unwrap();
+        assert_eq!(found.steps, ["quintic_stiffness"], "{}: {:?}", shown.name(), found.verdict);
+    }
+}
+
 /// A velocity or an acceleration alone, one mass: as good as its displacement. What is wrong with a displacement's sensor is no
 /// effect of these, nor does a constant force move a linear plant but once for all.
 #[test]

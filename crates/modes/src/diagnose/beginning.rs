@@ -4,17 +4,33 @@ use super::super::closed::{ClosedModel, Course, Free, InitialState, Segment};
 use super::super::force::Effect;
 use super::super::limits::{
     AT_REST, FIRST_SHARE, HELD_GAIN, HELD_SAMPLES, HELD_STEPS, HELD_VALUES, HOLDS, LAST_GAIN, MODES_MISSING,
-    MORE_MODES, NEAR_NOISES, OTHER_START, SHARPER, STATE_STEPS,
+    MORE_MODES, NEAR_NOISES, OTHER_START, POOL_DAMPING, SHARPER, STATE_STEPS, WRONG_COUPLING,
 };
 use super::super::linear::{ForceSeries, LinearTask, ModalFit};
 use super::super::measurement::SensorSeries;
-use super::super::pole;
+use super::super::pole::{self, Pole};
 use super::super::screen::{ForceCandidate, Screen, deviation};
 use super::ForceSearch;
-use super::following::held;
-use super::landing::{StartKind, of_light_modes};
 use nalgebra::{Complex, DMatrix, DVector};
 use sindyscope_core::study::Cancel;
+
+/// How a closed loop starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StartKind {
+    /// As the open-loop fit has it.
+    Plain,
+    /// With the force as large as the motion of its own states asks for.
+    Matched,
+}
+
+impl StartKind {
+    pub(super) const ALL: [Self; 2] = [Self::Plain, Self::Matched];
+
+    /// What is left of a coupling by which the force would push a mode the wrong way.
+    fn wrong_coupling(self) -> f64 {
+        WRONG_COUPLING[self as usize]
+    }
+}
 
 /// The states along the fitted records as an open-loop fit has them.
 pub(super) struct States {
@@ -336,4 +352,22 @@ pub(super) fn stretches(series: &[SensorSeries], samples: f64, share: f64) -> Ve
         all.extend((0..count).map(|k| Segment { record, start: bound(k), length: bound(k + 1) - bound(k) + 1 }));
     }
     all
+}
+
+/// An open-loop fit without the poles that are damped as no mode of a structure is: along a rough force they stand for its error, and in
+/// closed loop they would move the force. All of them stay where there is no other.
+pub(super) fn of_light_modes(task: &LinearTask<'_>, poles: &[Pole]) -> Option<Option<ModalFit>> {
+    let light: Vec<Pole> = poles.iter().copied().filter(|p| p.damping < POOL_DAMPING.1).collect();
+    if light.is_empty() || light.len() == poles.len() { Some(None) } else { task.fit(&light).map(Some) }
+}
+
+/// What jumps of the states count for, each beside the size of its state.
+pub(super) fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
+    let size = |i: usize| {
+        let sum: f64 = model.initial.iter().map(|s| s.modes[i].norm_sqr()).sum();
+        (sum / model.initial.len() as f64).sqrt().max(1e-300)
+    };
+    // That of an inner state is at most about the displacement at which it yields.
+    let memory = model.effect.has_memory().then(|| hold / model.inner[0]);
+    (0..model.modes()).map(|i| hold / size(i)).chain(memory).collect()
 }

@@ -7,29 +7,14 @@ use super::super::limits::{
     EXPLAINS, FORCE_GAIN, MOST_AGAIN, MOST_CANDIDATES, MOST_JOINTS, MOST_OTHERS, MOST_PUT_OFF, NEAR, NEAR_NOISES,
     NEAR_OTHER_EFFECT, SCREENED_MODES, SIDE_BY_SIDE,
 };
-use super::super::pole::Pole;
 use super::super::screen::{ForceCandidate, Screen, SiteKind};
-use super::landing::{Asked, Landing};
+use super::landing::{Asked, ForceStanding, Landing, Request};
 use super::{FittedStructure, ForceSearch};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::signal::standard_deviation;
 use sindyscope_core::study::Cancel;
 use sindyscope_search::Lead;
 use std::collections::VecDeque;
-
-/// What the candidates that were fitted before have come to.
-#[derive(Clone)]
-pub(super) struct ForceStanding {
-    /// True if one explains the data.
-    pub(super) explained: bool,
-    /// Their least error.
-    pub(super) error: f64,
-    /// The least noise that their residuals show.
-    pub(super) noise: f64,
-    /// Poles of the one with the least error, where that is near the noise: they are nearer to the structure's than those of a fit
-    /// along a force that is rough.
-    pub(super) poles: Vec<Pole>,
-}
 
 /// The least errors of screened candidates: a joint that slips stands in for much of what others do, so these are held against
 /// each other alone.
@@ -86,62 +71,8 @@ impl ForceSearch<'_> {
             let screened = |share| report("asking which force is missing", from + 0.4 * (to - from) * share);
             let candidates = screen.candidates(reach, &screened, cancel);
             nearest.see(&candidates);
-            let mut chosen = VecDeque::from(self.promising(&candidates, &all, nearest));
-            let mut others = self.others(&candidates, chosen.make_contiguous());
-            let (near, mut count) = (chosen.len(), 0_usize);
-            let again: Vec<ForceCandidate> =
-                chosen.iter().chain(&others).filter(|c| !c.effect.has_memory()).take(MOST_AGAIN).cloned().collect();
-            // Those that were asked with more modes.
-            let mut richer: Vec<(Effect, Site)> = Vec::new();
-            // The first one mostly explains the data: it is fitted alone, and what follows side by side.
-            let mut width = 1;
-            while count < near + MOST_OTHERS && !(chosen.is_empty() && all.iter().any(explains)) {
-                let explained = all.iter().any(explains);
-                let other = |others: &mut _| if explained { None } else { self.next_other(others, &all) };
-                let next = || chosen.pop_front().or_else(|| other(&mut others));
-                let mut batch: Vec<ForceCandidate> = std::iter::from_fn(next).take(width).collect();
-                if batch.is_empty() {
-                    break;
-                }
-                let share = count as f64 / (near + MOST_OTHERS) as f64;
-                report("fitting the force", from + (to - from) * (0.4 + 0.6 * share));
-                count += batch.len();
-                width = SIDE_BY_SIDE;
-                // Where one explains the data, those that are far from it need no fit.
-                if explained {
-                    batch.retain(|c| c.error <= NEAR * nearest.to(c.effect));
-                }
-                let kinds: Vec<(Effect, Site)> = batch.iter().map(|c| (c.effect, c.site)).collect();
-                let landed = self.side_by_side(&screen, batch, &self.standing(&all), Asked::First, cancel)?;
-                for (kind, landing) in kinds.into_iter().zip(landed) {
-                    match landing {
-                        Landing::Fitted(fitted) => all.push(*fitted),
-                        Landing::PutOff(candidate, noises) => {
-                            richer.push(kind);
-                            put_off.push((*candidate, noises));
-                        }
-                        Landing::Nowhere { richer: true } => richer.push(kind),
-                        Landing::Nowhere { richer: false } => {}
-                    }
-                }
-            }
-            // Where none did, the true one may lack a mode that is seen only along its own force.
-            let (near, rest): (Vec<_>, Vec<_>) = put_off.into_iter().partition(|p| p.1 < NEAR_NOISES);
-            put_off = rest;
-            let second: Vec<ForceCandidate> = near.into_iter().take(MOST_PUT_OFF).map(|p| p.0).collect();
-            self.put_off(&screen, &second, &mut all, cancel)?;
-            // Else modes may be hidden that the first ones were fitted without.
-            let again: Vec<ForceCandidate> =
-                again.into_iter().filter(|c| !richer.contains(&(c.effect, c.site))).collect();
-            for batch in again.chunks(SIDE_BY_SIDE) {
-                let standing = self.standing(&all);
-                if standing.explained || !standing.poles.is_empty() {
-                    break;
-                }
-                for landing in self.side_by_side(&screen, batch.to_vec(), &standing, Asked::MoreModes, cancel)? {
-                    keep_better(&mut all, landing);
-                }
-            }
+            let told = |share: f64| report("fitting the force", from + (to - from) * (0.4 + 0.6 * share));
+            self.within_reach(&screen, (&candidates, nearest), (&mut all, &mut put_off), &told, cancel)?;
             if cancel.is_cancelled() {
                 return Err(ModesError::Cancelled);
             }
@@ -157,11 +88,79 @@ impl ForceSearch<'_> {
         if standing.explained {
             let poorer = |f: &&FittedStructure| f.model.modes() < standing.poles.len() && !self.explains(f);
             let again: Vec<ForceCandidate> = all.iter().filter(poorer).map(|f| f.candidate.clone()).collect();
-            for landing in self.side_by_side(&screen, again, &standing, Asked::First, cancel)? {
+            for landing in self.side_by_side(&screen, again, (&standing, Asked::First), cancel)? {
                 keep_better(&mut all, landing);
             }
         }
         Ok(all)
+    }
+
+    /// The candidates of a reach: the promising ones, others behind them, those that were put off near the noise, and where none explains
+    /// the data some with more modes. `told` takes the share that is done.
+    fn within_reach(
+        &self,
+        screen: &Screen<'_>,
+        (candidates, nearest): (&[ForceCandidate], Nearest),
+        (all, put_off): (&mut Vec<FittedStructure>, &mut Vec<(ForceCandidate, f64)>),
+        told: &dyn Fn(f64),
+        cancel: &Cancel,
+    ) -> Result<(), ModesError> {
+        let explains = |f: &FittedStructure| self.explains(f);
+        let mut chosen = VecDeque::from(self.promising(candidates, all, nearest));
+        let mut others = self.others(candidates, chosen.make_contiguous());
+        let (near, mut count) = (chosen.len(), 0_usize);
+        let again: Vec<ForceCandidate> =
+            chosen.iter().chain(&others).filter(|c| !c.effect.has_memory()).take(MOST_AGAIN).cloned().collect();
+        // Those that were asked with more modes.
+        let mut richer: Vec<(Effect, Site)> = Vec::new();
+        // The first one mostly explains the data: it is fitted alone, and what follows side by side.
+        let mut width = 1;
+        while count < near + MOST_OTHERS && !(chosen.is_empty() && all.iter().any(explains)) {
+            let explained = all.iter().any(explains);
+            let other = |others: &mut _| if explained { None } else { self.next_other(others, all) };
+            let next = || chosen.pop_front().or_else(|| other(&mut others));
+            let mut batch: Vec<ForceCandidate> = std::iter::from_fn(next).take(width).collect();
+            if batch.is_empty() {
+                break;
+            }
+            told(count as f64 / (near + MOST_OTHERS) as f64);
+            count += batch.len();
+            width = SIDE_BY_SIDE;
+            // Where one explains the data, those that are far from it need no fit.
+            if explained {
+                batch.retain(|c| c.error <= NEAR * nearest.to(c.effect));
+            }
+            let kinds: Vec<(Effect, Site)> = batch.iter().map(|c| (c.effect, c.site)).collect();
+            let landed = self.side_by_side(screen, batch, (&self.standing(all), Asked::First), cancel)?;
+            for (kind, landing) in kinds.into_iter().zip(landed) {
+                match landing {
+                    Landing::Fitted(fitted) => all.push(*fitted),
+                    Landing::PutOff(candidate, noises) => {
+                        richer.push(kind);
+                        put_off.push((*candidate, noises));
+                    }
+                    Landing::Nowhere { richer: true } => richer.push(kind),
+                    Landing::Nowhere { richer: false } => {}
+                }
+            }
+        }
+        // Where none did, the true one may lack a mode that is seen only along its own force.
+        let near = put_off.extract_if(.., |p| p.1 < NEAR_NOISES);
+        let second: Vec<ForceCandidate> =
+            near.collect::<Vec<_>>().into_iter().take(MOST_PUT_OFF).map(|p| p.0).collect();
+        self.put_off(screen, &second, all, cancel)?;
+        // Else modes may be hidden that the first ones were fitted without.
+        let again: Vec<ForceCandidate> = again.into_iter().filter(|c| !richer.contains(&(c.effect, c.site))).collect();
+        for batch in again.chunks(SIDE_BY_SIDE) {
+            let standing = self.standing(all);
+            if standing.explained || !standing.poles.is_empty() {
+                break;
+            }
+            for landing in self.side_by_side(screen, batch.to_vec(), (&standing, Asked::MoreModes), cancel)? {
+                keep_better(all, landing);
+            }
+        }
+        Ok(())
     }
 
     /// Candidates that were put off, until one explains the data.
@@ -177,7 +176,7 @@ impl ForceSearch<'_> {
             if standing.explained {
                 break;
             }
-            for landing in self.side_by_side(screen, batch.to_vec(), &standing, Asked::PutOff, cancel)? {
+            for landing in self.side_by_side(screen, batch.to_vec(), (&standing, Asked::PutOff), cancel)? {
                 keep_better(all, landing);
             }
         }
@@ -189,11 +188,11 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         candidates: Vec<ForceCandidate>,
-        standing: &ForceStanding,
-        asked: Asked,
+        (standing, asked): (&ForceStanding, Asked),
         cancel: &Cancel,
     ) -> Result<Vec<Landing>, ModesError> {
-        let closed = |c: ForceCandidate| self.closed(screen, c, standing, asked, cancel);
+        let request = Request { standing, asked };
+        let closed = |c: ForceCandidate| self.closed(screen, c, request, cancel);
         let landed = candidates.into_par_iter().map(closed).collect();
         if cancel.is_cancelled() { Err(ModesError::Cancelled) } else { Ok(landed) }
     }

@@ -9,7 +9,7 @@ use super::super::limits::{
 use super::super::measurement::SensorSeries;
 use super::super::motion::PARTS;
 use super::ForceSearch;
-use super::beginning::{BegunFit, States, stretches};
+use super::beginning::{BegunFit, States, held, stretches};
 use sindyscope_core::study::Cancel;
 
 /// A model fitted in closed loop.
@@ -223,15 +223,4 @@ impl ForceSearch<'_> {
 fn begins(model: &ClosedModel, course: &Course, states: &States, record: usize) -> InitialState {
     let first = course.segments.iter().position(|s| (s.record, s.start) == (record, 0));
     first.map_or_else(|| states.at(record, 0), |k| model.initial[k].clone())
-}
-
-/// What jumps of the states count for, each beside the size of its state.
-pub(super) fn held(model: &ClosedModel, hold: f64) -> Vec<f64> {
-    let size = |i: usize| {
-        let sum: f64 = model.initial.iter().map(|s| s.modes[i].norm_sqr()).sum();
-        (sum / model.initial.len() as f64).sqrt().max(1e-300)
-    };
-    // That of an inner state is at most about the displacement at which it yields.
-    let memory = model.effect.has_memory().then(|| hold / model.inner[0]);
-    (0..model.modes()).map(|i| hold / size(i)).chain(memory).collect()
 }

@@ -5,37 +5,33 @@ use super::super::identify::main_period;
 use super::super::judge::{Residuals, beats, rms};
 use super::super::limits::{
     BEHIND, BEHIND_NOISES, CLOSE_NOISES, ENOUGH, EXPLAINS, LAST_GAIN, LEFT_OUT, LEFT_OUT_STEPS, MODE_GAIN,
-    MODES_MISSING, MOST_HALVINGS, MOST_MODES, NEAR_NOISES, POOL_DAMPING, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS,
-    SCREENED_MODES, STEP_MATTERS, WHOLE_STEPS, WRONG_COUPLING,
+    MODES_MISSING, MOST_HALVINGS, MOST_MODES, NEAR_NOISES, RIVAL_STEPS, ROUGH, ROUND_GAIN, ROUNDS, SCREENED_MODES,
+    STEP_MATTERS, WHOLE_STEPS,
 };
 use super::super::linear::{LinearTask, ModalFit};
 use super::super::motion::PARTS;
 use super::super::pole::Pole;
 use super::super::screen::{Along, ForceCandidate, Screen};
-use super::beginning::{BegunError, BegunFit, States};
-use super::candidates::ForceStanding;
+use super::beginning::{BegunError, BegunFit, StartKind, States, of_light_modes};
 use super::following::{FollowedForce, Unseen};
 use super::{FittedStructure, ForceSearch};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::study::Cancel;
 use std::collections::VecDeque;
+use std::ops::ControlFlow;
 
-/// How a closed loop starts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum StartKind {
-    /// As the open-loop fit has it.
-    Plain,
-    /// With the force as large as the motion of its own states asks for.
-    Matched,
-}
-
-impl StartKind {
-    const ALL: [Self; 2] = [Self::Plain, Self::Matched];
-
-    /// What is left of a coupling by which the force would push a mode the wrong way.
-    pub(super) fn wrong_coupling(self) -> f64 {
-        WRONG_COUPLING[self as usize]
-    }
+/// What the candidates that were fitted before have come to.
+#[derive(Clone)]
+pub(super) struct ForceStanding {
+    /// True if one explains the data.
+    pub(super) explained: bool,
+    /// Their least error.
+    pub(super) error: f64,
+    /// The least noise that their residuals show.
+    pub(super) noise: f64,
+    /// Poles of the one with the least error, where that is near the noise: they are nearer to the structure's than those of a fit
+    /// along a force that is rough.
+    pub(super) poles: Vec<Pole>,
 }
 
 /// What is asked of a candidate.
@@ -47,6 +43,43 @@ pub(super) enum Asked {
     MoreModes,
     /// The same however much short stretches leave.
     PutOff,
+}
+
+/// What is asked of a candidate beside what others have come to.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    pub(super) standing: &'a ForceStanding,
+    pub(super) asked: Asked,
+}
+
+impl Request<'_> {
+    /// True if a force that was fitted before is near the noise.
+    fn is_near(self) -> bool {
+        !self.standing.poles.is_empty()
+    }
+}
+
+/// How far a candidate has come in the rounds before.
+struct Way {
+    round: usize,
+    /// The poles that the next path is sought from.
+    known: Vec<Pole>,
+    starts: Vec<StartKind>,
+    /// The best fit, and what it leaves of the records never fitted.
+    got: Option<(FollowedForce, Unseen)>,
+    /// The errors with each hold of the round before, and its number of modes.
+    errors: Option<(usize, Vec<f64>)>,
+    /// True if nothing but noise is left.
+    done: bool,
+    /// True if little more than noise is left.
+    explains: bool,
+}
+
+/// What a round starts with.
+struct OpenStart {
+    fit: ModalFit,
+    /// Fits with more modes, where they were made.
+    further: Option<Vec<(ModalFit, f64)>>,
 }
 
 /// A start of a closed loop over short stretches.
@@ -109,13 +142,12 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         candidate: ForceCandidate,
-        standing: &ForceStanding,
-        asked: Asked,
+        request: Request<'_>,
         cancel: &Cancel,
     ) -> Landing {
         let mut screened = candidate.clone();
         let mut short = ShortStretches::default();
-        match (self.landed(screen, candidate, standing, (asked, &mut short), cancel), short.put_off) {
+        match (self.landed(screen, candidate, request, &mut short, cancel), short.put_off) {
             (Some(fitted), _) => Landing::Fitted(Box::new(fitted)),
             (None, Some((poles, noises))) => {
                 screened.start = Some(poles);
@@ -129,128 +161,24 @@ impl ForceSearch<'_> {
         &self,
         screen: &Screen<'_>,
         mut candidate: ForceCandidate,
-        standing: &ForceStanding,
-        (asked, short): (Asked, &mut ShortStretches),
+        request: Request<'_>,
+        short: &mut ShortStretches,
         cancel: &Cancel,
     ) -> Option<FittedStructure> {
         // Beside one that is near the noise, one start is enough; further rounds are for what comes before it.
-        let (rival, near) = (standing.explained, !standing.poles.is_empty());
-        let most = self.fixed.map_or((SCREENED_MODES.1, MOST_MODES), |n| (n, n));
+        let rival = request.standing.explained;
         let mut known = self.path.steps[self.path.chosen].poles.clone();
         known.splice(0..0, candidate.poles.iter().copied());
-        let bound = (BEHIND_NOISES * standing.noise).max(BEHIND * standing.error.min(self.linear_error()));
-        let (mut done, mut explains) = (false, false);
-        let mut got: Option<(FollowedForce, Unseen)> = None;
-        let mut way: Option<(usize, Vec<f64>)> = None;
-        let mut starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
+        let starts = if rival { vec![StartKind::Plain] } else { StartKind::ALL.to_vec() };
+        let mut way = Way { round: 0, known, starts, got: None, errors: None, done: false, explains: false };
         for round in 0..if rival { 1 } else { ROUNDS } {
-            let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
-            let mut further = None;
-            let fit = if round == 0 && near {
-                // Beside one that explains the data it must have what that one has, and no more.
-                task.refine(&standing.poles, RIVAL_STEPS, cancel)?
-            } else if let Some(poles) = candidate.start.take() {
-                task.fit(&poles)?
-            } else {
-                let path = if round == 0 {
-                    screen.start_path(&candidate, &known, most, cancel)?
-                } else {
-                    let along = if explains { Along::Force } else { Along::Rough };
-                    screen.open_path(&candidate, &known, most, along, cancel)?
-                };
-                let at = if explains && self.fixed.is_none() {
-                    self.worth(screen, &candidate, &path)?
-                } else {
-                    self.start_modes(&candidate, &path, asked == Asked::MoreModes && round == 0, cancel)?
-                };
-                // Along a force that explains the data, only a mode that it had hidden is worth another fit: one with which less is left.
-                let (modes, left) = (path[at].0.poles.len(), path[at].1);
-                if done && got.as_ref().is_some_and(|g| modes <= g.0.model.modes() || left >= g.1.error) {
-                    break;
-                }
-                let mut path = path;
-                let after = path.split_off(at + 1);
-                further = Some(after);
-                let fit = path.pop()?.0;
-                if explains || !self.chosen.0.is_empty() {
-                    fit
-                } else {
-                    of_light_modes(&task, &fit.poles)?.unwrap_or(fit)
-                }
-            };
-            // In a further round the second kind may be the first one again, which is all there is then.
-            let richer;
-            let mut open = OpenFit { task: &task, fit: &fit, candidate: &candidate, again: round > 0 };
-            let mut queue = StartQueue::new(open, &starts);
-            if (asked == Asked::First || round > 0) && !explains && self.fixed.is_none() {
-                // What short stretches leave, a mode is missed for or another force: nothing else has the time to show.
-                let Some(left) = self.least_begun(&mut queue, cancel) else { break };
-                let most = if near && round == 0 { NEAR_NOISES } else { MODES_MISSING };
-                if left.noises() >= most {
-                    let path = if round == 0 { further? } else { further.unwrap_or_default() };
-                    let more = match self.modes_for_stretches(&candidate, &path, 0, cancel) {
-                        Some((at, reached)) => {
-                            let more = path.into_iter().nth(at)?.0;
-                            Some((of_light_modes(&task, &more.poles)?.unwrap_or(more), reached))
-                        }
-                        None => None,
-                    };
-                    match more {
-                        Some((more, reached)) if reached.noises() < MODES_MISSING => {
-                            short.richer = true;
-                            richer = more;
-                            open.fit = &richer;
-                            queue = StartQueue::new(open, &starts);
-                        }
-                        Some((more, reached)) if round == 0 && reached.error < left.error => {
-                            short.put_off = Some((more.poles, reached.noises()));
-                            return None;
-                        }
-                        _ if round == 0 => {
-                            short.put_off = Some((fit.poles, left.noises()));
-                            return None;
-                        }
-                        _ => {}
-                    }
-                }
-            }
-            // As many modes that go the way of the round before come to where that came; near the noise its own force is worth the way.
-            let modes = queue.open.fit.poles.len();
-            let mut errors = way.take().filter(|(k, _)| *k == modes && !explains).map(|w| w.1).unwrap_or_default();
-            let best_start = self.best_start(queue, (bound, near), &mut errors, cancel);
-            way = Some((modes, errors));
-            let Some((found, kind)) = best_start else { break };
-            // Where the starts part, they do so at first.
-            starts = vec![kind];
-            let Some(unseen) = self.unseen(&found.model, candidate.parts(), cancel) else { break };
-            let (found, unseen) = self.in_finer_steps(found, unseen, cancel);
-            candidate.halvings = found.model.halvings;
-            let noise = self.noise_in(&unseen.residuals);
-            let before = got.as_ref().map(|g| g.1.error);
-            done = unseen.error < ENOUGH * noise;
-            explains = unseen.error < CLOSE_NOISES * noise;
-            let enough = (done && rival)
-                || (near && unseen.error > standing.error)
-                || unseen.error > self.linear_error().max(NEAR_NOISES * noise)
-                || before.is_some_and(|b| unseen.error > if explains { LAST_GAIN } else { ROUND_GAIN } * b);
-            let of = found.course.along(&self.measurement.sensors, &self.split.fitted, PARTS);
-            let forces =
-                if enough { None } else { found.model.simulate(of).map(|s| found.course.records(of, s.forces, 1)) };
-            let model = found.model.clone();
-            let unseen_forces = unseen.forces.clone();
-            if before.is_none_or(|b| unseen.error < b) {
-                got = Some((found, unseen));
-            }
-            // The model's own force lets further modes be seen.
-            let Some(forces) = forces else { break };
-            if !candidate.goes_along(&model, forces, unseen_forces) {
+            way.round = round;
+            if self.goes_on(screen, &mut candidate, &mut way, request, short, cancel)?.is_break() {
                 break;
             }
-            known = model.poles.clone();
         }
-        let period = main_period(&self.split.fitted);
         // What stays in range only along the measured motion is no model.
-        let (found, unseen) = got?;
+        let (found, unseen) = way.got?;
         if found.model.inner[0] < candidate.bounds.0 {
             return None;
         }
@@ -258,9 +186,146 @@ impl ForceSearch<'_> {
         let (found, unseen) = if rival { (found, unseen) } else { self.without_needless(found, unseen, parts, cancel) };
         let unknowns = found.model.shared();
         let residuals = Residuals { fitted: found.residuals, unseen: unseen.residuals, unknowns };
-        let densities = residuals.densities(&self.split.intervals(), period);
+        let densities = residuals.densities(&self.split.intervals(), main_period(&self.split.fitted));
         let FollowedForce { model, course, .. } = found;
         Some(FittedStructure { candidate, model, course, residuals, densities, error: unseen.error })
+    }
+
+    /// A round: fitted in open loop along the force as it is known, then in closed loop. Ends the rounds where a further one is not worth
+    /// the time; none where the candidate is given up.
+    fn goes_on(
+        &self,
+        screen: &Screen<'_>,
+        candidate: &mut ForceCandidate,
+        way: &mut Way,
+        request: Request<'_>,
+        short: &mut ShortStretches,
+        cancel: &Cancel,
+    ) -> Option<ControlFlow<()>> {
+        let (standing, near) = (request.standing, request.is_near());
+        let task = LinearTask::new(&self.split.fitted, &self.measurement.sensors, Some(&candidate.fitted), 1);
+        let opened = if way.round == 0 && near {
+            // Beside one that explains the data it must have what that one has, and no more.
+            Some(OpenStart { fit: task.refine(&standing.poles, RIVAL_STEPS, cancel)?, further: None })
+        } else if let Some(poles) = candidate.start.take() {
+            Some(OpenStart { fit: task.fit(&poles)?, further: None })
+        } else {
+            self.opened(screen, &task, candidate, way, request.asked, cancel)?
+        };
+        let Some(OpenStart { fit, further }) = opened else { return Some(ControlFlow::Break(())) };
+        let open = OpenFit { task: &task, fit: &fit, candidate, again: way.round > 0 };
+        let mut queue = StartQueue::new(open, &way.starts);
+        let mut richer = None;
+        if (request.asked == Asked::First || way.round > 0) && !way.explains && self.fixed.is_none() {
+            // What short stretches leave, a mode is missed for or another force: nothing else has the time to show.
+            let Some(left) = self.least_begun(&mut queue, cancel) else { return Some(ControlFlow::Break(())) };
+            let most = if near && way.round == 0 { NEAR_NOISES } else { MODES_MISSING };
+            if left.noises() >= most {
+                richer = self.richer(open, further, left, short, cancel)?;
+            }
+        }
+        if let Some(richer) = &richer {
+            queue = StartQueue::new(OpenFit { fit: richer, ..open }, &way.starts);
+        }
+        // As many modes that go the way of the round before come to where that came; near the noise its own force is worth the way.
+        let modes = queue.open.fit.poles.len();
+        let before = way.errors.take().filter(|(k, _)| *k == modes && !way.explains);
+        let mut errors = before.map(|way| way.1).unwrap_or_default();
+        let bound = (BEHIND_NOISES * standing.noise).max(BEHIND * standing.error.min(self.linear_error()));
+        let best_start = self.best_start(queue, (bound, near), &mut errors, cancel);
+        way.errors = Some((modes, errors));
+        let Some((found, kind)) = best_start else { return Some(ControlFlow::Break(())) };
+        // Where the starts part, they do so at first.
+        way.starts = vec![kind];
+        let unseen = self.unseen(&found.model, candidate.parts(), cancel);
+        let Some(unseen) = unseen else { return Some(ControlFlow::Break(())) };
+        let (found, unseen) = self.in_finer_steps(found, unseen, cancel);
+        candidate.halvings = found.model.halvings;
+        let noise = self.noise_in(&unseen.residuals);
+        let before = way.got.as_ref().map(|g| g.1.error);
+        way.done = unseen.error < ENOUGH * noise;
+        way.explains = unseen.error < CLOSE_NOISES * noise;
+        let enough = (way.done && standing.explained)
+            || (near && unseen.error > standing.error)
+            || unseen.error > self.linear_error().max(NEAR_NOISES * noise)
+            || before.is_some_and(|b| unseen.error > if way.explains { LAST_GAIN } else { ROUND_GAIN } * b);
+        let of = found.course.along(&self.measurement.sensors, &self.split.fitted, PARTS);
+        let forces =
+            if enough { None } else { found.model.simulate(of).map(|s| found.course.records(of, s.forces, 1)) };
+        let model = found.model.clone();
+        let unseen_forces = unseen.forces.clone();
+        if before.is_none_or(|b| unseen.error < b) {
+            way.got = Some((found, unseen));
+        }
+        // The model's own force lets further modes be seen.
+        let further = forces.is_some_and(|forces| candidate.goes_along(&model, forces, unseen_forces));
+        way.known = model.poles;
+        Some(if further { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
+    }
+
+    /// The open-loop fit on the path of a round, and those on it that have more modes. Of the inner option none where no further round
+    /// is worth the time.
+    fn opened(
+        &self,
+        screen: &Screen<'_>,
+        task: &LinearTask<'_>,
+        candidate: &ForceCandidate,
+        way: &Way,
+        asked: Asked,
+        cancel: &Cancel,
+    ) -> Option<Option<OpenStart>> {
+        let first = way.round == 0;
+        let most = self.fixed.map_or((SCREENED_MODES.1, MOST_MODES), |n| (n, n));
+        let mut path = if first {
+            screen.start_path(candidate, &way.known, most, cancel)?
+        } else {
+            let along = if way.explains { Along::Force } else { Along::Rough };
+            screen.open_path(candidate, &way.known, most, along, cancel)?
+        };
+        let at = if way.explains && self.fixed.is_none() {
+            self.worth(screen, candidate, &path)?
+        } else {
+            self.start_modes(candidate, &path, asked == Asked::MoreModes && first, cancel)?
+        };
+        // Along a force that explains the data, only a mode that it had hidden is worth another fit: one with which less is left.
+        let (modes, left) = (path[at].0.poles.len(), path[at].1);
+        if way.done && way.got.as_ref().is_some_and(|g| modes <= g.0.model.modes() || left >= g.1.error) {
+            return Some(None);
+        }
+        let further = Some(path.split_off(at + 1));
+        let fit = path.pop()?.0;
+        let light = if way.explains || !self.chosen.0.is_empty() { None } else { of_light_modes(task, &fit.poles)? };
+        Some(Some(OpenStart { fit: light.unwrap_or(fit), further }))
+    }
+
+    /// Where short stretches leave more than noise, a fit with more modes with which they do not, if there is one. None where the candidate
+    /// is put off for it.
+    fn richer(
+        &self,
+        open: OpenFit<'_>,
+        further: Option<Vec<(ModalFit, f64)>>,
+        left: BegunError,
+        short: &mut ShortStretches,
+        cancel: &Cancel,
+    ) -> Option<Option<ModalFit>> {
+        let path = if open.again { further.unwrap_or_default() } else { further? };
+        let mut put_off = (open.fit.poles.clone(), left.noises());
+        if let Some((at, reached)) = self.modes_for_stretches(open.candidate, &path, 0, cancel) {
+            let more = path.into_iter().nth(at)?.0;
+            let more = of_light_modes(open.task, &more.poles)?.unwrap_or(more);
+            if reached.noises() < MODES_MISSING {
+                short.richer = true;
+                return Some(Some(more));
+            }
+            if reached.error < left.error {
+                put_off = (more.poles, reached.noises());
+            }
+        }
+        if open.again {
+            return Some(None);
+        }
+        short.put_off = Some(put_off);
+        None
     }
 
     /// The same with steps of the integration halved as long as that matters, where a force is near the data and leaves more than noise: the
@@ -466,11 +531,4 @@ fn changed(finer: &[Vec<Vec<f64>>], coarser: &[Vec<Vec<f64>>]) -> f64 {
     let each = finer.iter().flatten().zip(coarser.iter().flatten());
     let differences: Vec<Vec<f64>> = each.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
     rms(differences.iter())
-}
-
-/// An open-loop fit without the poles that are damped as no mode of a structure is: along a rough force they stand for its error, and in
-/// closed loop they would move the force. All of them stay where there is no other.
-pub(super) fn of_light_modes(task: &LinearTask<'_>, poles: &[Pole]) -> Option<Option<ModalFit>> {
-    let light: Vec<Pole> = poles.iter().copied().filter(|p| p.damping < POOL_DAMPING.1).collect();
-    if light.is_empty() || light.len() == poles.len() { Some(None) } else { task.fit(&light).map(Some) }
 }

@@ -22,12 +22,14 @@ use super::parameters::{InnerValues, Parameters};
 use super::site::Placed;
 use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
+use path::slope;
 pub(super) use path::{MeasuredPath, usual_speed};
-use rows::Rows;
+use rows::{Rows, Shown};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
 use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
+use sindyscope_values::record::estimate;
 use sindyscope_values::term::{Expression, Symbol, Term};
 
 /// Rounds of a finer grid about what the best sets hold: each makes its step a third, and a ninth is near enough for a fit.
@@ -262,8 +264,9 @@ impl<'a> SetRegression<'a> {
         }
         let floor = 1e-6 * self.data.loudest();
         let deviations: Vec<f64> = self.data.weights.iter().map(|w| self.data.noise.max(floor) / w).collect();
-        let derivatives: Vec<usize> = self.data.outputs.iter().map(|o| o.derivatives()).collect();
-        self.rows.whiten(&slopes, &deviations, &derivatives);
+        let shown: Vec<Vec<Shown>> =
+            (0..masses).map(|mass| self.data.fit().iter().map(|s| shown(s, mass)).collect()).collect();
+        self.rows.whiten(&slopes, &deviations, &shown);
     }
 
     /// The target and the present model's columns.
@@ -766,6 +769,21 @@ impl<'a> SetRegression<'a> {
         composition.scales = self.data.scales(&composition, &inner, &paths);
         let forms = set.iter().map(|p| points[*p].form).collect();
         Some(Proposal { forms, composition, shared: Parameters { coefficients, inner }.row(), gain: 0.0 })
+    }
+}
+
+/// What the sensor of a mass shows, and what one sample of it does to the motion that is estimated from it.
+fn shown(series: &RecordSeries, mass: usize) -> Shown {
+    let order = series.outputs[mass].derivatives();
+    if order == 0 {
+        return Shown::Displacement;
+    }
+    let inputs: Vec<&[f64]> = series.inputs.iter().map(Vec::as_slice).collect();
+    let displacement = estimate::response(&series.measured[mass], &inputs, series.interval, order);
+    if order == 1 {
+        Shown::Velocity { displacement }
+    } else {
+        Shown::Acceleration { velocity: slope(&displacement, series.interval), displacement }
     }
 }
 

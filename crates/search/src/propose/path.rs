@@ -40,7 +40,7 @@ impl MeasuredPath {
 }
 
 /// Central differences, one-sided at the ends.
-fn slope(values: &[f64], interval: f64) -> Vec<f64> {
+pub(super) fn slope(values: &[f64], interval: f64) -> Vec<f64> {
     let last = values.len() - 1;
     let at = |k: usize| {
         let (from, to) = (k.saturating_sub(1), (k + 1).min(last));

@@ -113,19 +113,23 @@ impl Rows {
 
     /// Makes the error that white noise of each sensor leaves in a row one, and independent from row to row. `slopes[mass]` are
     /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
-    /// `derivatives[mass]` how often the sensor's quantity is the displacement's derivative.
-    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], derivatives: &[usize]) {
+    /// `shown[mass][record]` what of the motion the sensor shows.
+    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<Shown>]) {
         for part in &mut self.parts {
             let kernels = self.functions[part.record][part.width].kernels();
             let (stiffness, damping) = slopes[part.mass];
-            let order = 2 - derivatives[part.mass];
-            let kernel: Vec<f64> = (0..kernels[0].len())
-                .map(|i| match order {
-                    2 => kernels[2][i] + damping * kernels[1][i] + stiffness * kernels[0][i],
-                    1 => kernels[1][i] + damping * kernels[0][i],
-                    _ => kernels[0][i],
-                })
-                .collect();
+            let zero = &kernels[0];
+            let kernel: Vec<f64> = match &shown[part.mass][part.record] {
+                Shown::Displacement => sum(&[(1.0, &kernels[2]), (damping, &kernels[1]), (stiffness, zero)]),
+                Shown::Velocity { displacement } => {
+                    let integral = passed(zero, displacement);
+                    sum(&[(1.0, &kernels[1]), (damping, zero), (stiffness, &integral)])
+                }
+                Shown::Acceleration { velocity, displacement } => {
+                    let integrals = [velocity, displacement].map(|response| passed(zero, response));
+                    sum(&[(1.0, zero), (damping, &integrals[0]), (stiffness, &integrals[1])])
+                }
+            };
             let lag = part.starts.get(1).map_or(1, |second| second - part.starts[0]);
             let band: Vec<f64> = (0..part.starts.len().min(kernel.len().div_ceil(lag)))
                 .map(|d| deviations[part.mass].powi(2) * dot(&kernel[d * lag..], &kernel[..kernel.len() - d * lag]))
@@ -133,6 +137,33 @@ impl Rows {
             part.factor = banded_factor(&band, part.starts.len());
         }
     }
+}
+
+/// What a sensor shows of the motion, with what one sample of it does to what is estimated from it, as far before its place as behind.
+pub(super) enum Shown {
+    Displacement,
+    Velocity { displacement: Vec<f64> },
+    Acceleration { velocity: Vec<f64>, displacement: Vec<f64> },
+}
+
+/// What the average of an estimated series takes of each measured sample, from as far before it on as that is remembered.
+fn passed(kernel: &[f64], response: &[f64]) -> Vec<f64> {
+    let mut taken = vec![0.0; kernel.len() + response.len() - 1];
+    for (i, weight) in kernel.iter().enumerate() {
+        taken[i..].iter_mut().zip(response.iter().rev()).for_each(|(taken, r)| *taken += weight * r);
+    }
+    taken
+}
+
+/// Kernels about one middle, each times a factor, added.
+fn sum(kernels: &[(f64, &Vec<f64>)]) -> Vec<f64> {
+    let longest = kernels.iter().map(|(_, kernel)| kernel.len()).max().unwrap_or(0);
+    let mut sum = vec![0.0; longest];
+    for (factor, kernel) in kernels {
+        let from = (longest - kernel.len()) / 2;
+        sum[from..].iter_mut().zip(*kernel).for_each(|(sum, k)| *sum += factor * k);
+    }
+    sum
 }
 
 /// Runs of test functions of a half width within a range of samples that keep clear of sticks; a sixth of the half width at
@@ -187,6 +218,19 @@ fn forward(factor: &[Vec<f64>], values: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_average_of_an_estimated_series_takes_of_a_sample_what_that_does_to_it() {
+        // What a sample does from two places before it to two behind it.
+        let (kernel, response) = ([1.0, 2.0, 3.0], [0.1, 0.2, 0.0, -0.4, -0.3]);
+        let taken = passed(&kernel, &response);
+        for (place, taken) in taken.iter().enumerate() {
+            // The sample lies so far behind the first of the average's, less the two places.
+            let done = |i: usize| (i + 4).checked_sub(place).and_then(|j| response.get(j)).copied().unwrap_or(0.0);
+            let average: f64 = kernel.iter().enumerate().map(|(i, weight)| weight * done(i)).sum();
+            assert!((taken - average).abs() < 1e-12, "{place}");
+        }
+    }
 
     #[test]
     fn a_factor_times_itself_is_the_covariance() {

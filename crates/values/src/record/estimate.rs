@@ -23,6 +23,8 @@ const FAINT: f64 = 2e-3;
 /// Where the integration ends below the slowest motion, as a share of its frequency: of a velocity, of an acceleration. The
 /// slowest motion loses two to three parts in a hundred; noise below it would grow with the inverse third power.
 const BELOW: [f64; 2] = [0.15, 0.4];
+/// How long the estimate remembers a sample, over the time in which that falls to 1/e.
+const LASTS: f64 = 4.0;
 /// The slowest rate that the arithmetic bears, in radians a sample.
 const SLOWEST: f64 = 1e-3;
 
@@ -81,7 +83,30 @@ fn integrated(values: &[f64], inputs: &[&[f64]], interval: f64, order: usize) ->
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n as f64;
     let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
-    let rate = (TAU * BELOW[order - 1] * slowest(&centred, inputs, interval) * interval).max(SLOWEST);
+    let rate = rate(&centred, inputs, interval, order);
+    (nearest(&centred, interval, order, rate), rate / (TAU * interval))
+}
+
+/// What one sample of a velocity (`order` 1) or of an acceleration (2) does to the displacement that is estimated from a series, from
+/// its own place on and as far again before it: as far as that lasts, and no further than the series is long.
+pub fn response(series: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> Vec<f64> {
+    let mean = series.iter().sum::<f64>() / series.len() as f64;
+    let centred: Vec<f64> = series.iter().map(|v| v - mean).collect();
+    let rate = rate(&centred, inputs, interval, order);
+    let reach = ((LASTS / rate) as usize).min(series.len());
+    let mut one = vec![0.0; 2 * reach + 1];
+    one[reach] = 1.0;
+    nearest(&one, interval, order, rate)
+}
+
+/// Where the integration ends, in radians a sample; of a series without its mean.
+fn rate(centred: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> f64 {
+    (TAU * BELOW[order - 1] * slowest(centred, inputs, interval) * interval).max(SLOWEST)
+}
+
+/// The displacement whose differences are nearest to a series while it stays small.
+fn nearest(centred: &[f64], interval: f64, order: usize, rate: f64) -> Vec<f64> {
+    let n = centred.len();
     let weight = rate.powi(2 * order as i32);
     // Differences of the displacement, and the means of the series that equal them to the fourth order.
     let mut right = vec![0.0; n];
@@ -105,7 +130,7 @@ fn integrated(values: &[f64], inputs: &[&[f64]], interval: f64, order: usize) ->
         }
     }
     solve(&mut bands, &mut right);
-    (right, rate / (TAU * interval))
+    right
 }
 
 /// Solves a symmetric positive definite system of band width 2 in place: `bands[i][d]` is the entry of row `i` and column
@@ -220,6 +245,26 @@ mod tests {
         let shown: Vec<f64> = a.iter().map(|a| a + 30.0 + noise.sample(&mut rng)).collect();
         let (found, _) = integrated(&shown, &[], 0.01, 2);
         assert!(error(&found, &x) < 0.05, "{}", error(&found, &x));
+    }
+
+    #[test]
+    fn the_response_to_a_sample_is_what_the_estimate_changes_by() {
+        let (n, at, size) = (2000, 1000, 1e-6);
+        let [_, v, a] = motion(n, 0.01);
+        for (mut series, order) in [(v, 1), (a, 2)] {
+            let (before, _) = integrated(&series, &[], 0.01, order);
+            let one = response(&series, &[], 0.01, order);
+            series[at] += size;
+            let (after, _) = integrated(&series, &[], 0.01, order);
+            let reach = one.len() / 2;
+            let changed = |k: usize| (after[at + k - reach] - before[at + k - reach]) / size;
+            let largest = one.iter().fold(0.0_f64, |top, r| top.max(r.abs()));
+            let off = (0..one.len()).map(|k| (changed(k) - one[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 0.05 * largest, "order {order}: {off} of {largest}");
+            // It has all but died away where it ends.
+            let end = one[0].abs().max(one[2 * reach].abs());
+            assert!(end < 0.1 * largest, "order {order}: {end} of {largest}");
+        }
     }
 
     #[test]
