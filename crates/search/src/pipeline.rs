@@ -566,7 +566,8 @@ impl Search {
         let places = fitted.composition.places(inner);
         let mut unshifted = refined.point.clone();
         unshifted.offsets.iter_mut().for_each(|offset| *offset = 0.0);
-        if fitted.composition.offset() && !self.feels(fitted, &unshifted, inflation) {
+        // An accelerometer's zero is free whatever it is.
+        if fitted.composition.offset() && !fitted.composition.zero && !self.feels(fitted, &unshifted, inflation) {
             return Some("its size cannot be told from zero".to_owned());
         }
         for (index, form) in fitted.composition.forms.iter().enumerate() {
