@@ -24,7 +24,7 @@ use super::structure::{Composed, Composition, counted_from};
 use gram::{Gram, MOST};
 use path::slope;
 pub(super) use path::{MeasuredPath, usual_speed};
-use rows::{Rows, Shown};
+use rows::{Rows, SensedQuantity};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::Structure as _;
 use sindyscope_core::signal::dot;
@@ -264,8 +264,8 @@ impl<'a> SetRegression<'a> {
         }
         let floor = 1e-6 * self.data.loudest();
         let deviations: Vec<f64> = self.data.weights.iter().map(|w| self.data.noise.max(floor) / w).collect();
-        let shown: Vec<Vec<Shown>> =
-            (0..masses).map(|mass| self.data.fit().iter().map(|s| shown(s, mass)).collect()).collect();
+        let shown: Vec<Vec<SensedQuantity>> =
+            (0..masses).map(|mass| self.data.fit().iter().map(|s| sensed_quantity(s, mass)).collect()).collect();
         self.rows.whiten(&slopes, &deviations, &shown);
     }
 
@@ -773,17 +773,17 @@ impl<'a> SetRegression<'a> {
 }
 
 /// What the sensor of a mass shows, and what one sample of it does to the motion that is estimated from it.
-fn shown(series: &RecordSeries, mass: usize) -> Shown {
+fn sensed_quantity(series: &RecordSeries, mass: usize) -> SensedQuantity {
     let order = series.outputs[mass].derivatives();
     if order == 0 {
-        return Shown::Displacement;
+        return SensedQuantity::Displacement;
     }
     let inputs: Vec<&[f64]> = series.inputs.iter().map(Vec::as_slice).collect();
     let displacement = estimate::response(&series.measured[mass], &inputs, series.interval, order);
     if order == 1 {
-        Shown::Velocity { displacement }
+        SensedQuantity::Velocity { displacement }
     } else {
-        Shown::Acceleration { velocity: slope(&displacement, series.interval), displacement }
+        SensedQuantity::Acceleration { velocity: slope(&displacement, series.interval), displacement }
     }
 }
 

@@ -114,18 +114,18 @@ impl Rows {
     /// Makes the error that white noise of each sensor leaves in a row one, and independent from row to row. `slopes[mass]` are
     /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
     /// `shown[mass][record]` what of the motion the sensor shows.
-    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<Shown>]) {
+    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
         for part in &mut self.parts {
             let kernels = self.functions[part.record][part.width].kernels();
             let (stiffness, damping) = slopes[part.mass];
             let zero = &kernels[0];
             let kernel: Vec<f64> = match &shown[part.mass][part.record] {
-                Shown::Displacement => sum(&[(1.0, &kernels[2]), (damping, &kernels[1]), (stiffness, zero)]),
-                Shown::Velocity { displacement } => {
+                SensedQuantity::Displacement => sum(&[(1.0, &kernels[2]), (damping, &kernels[1]), (stiffness, zero)]),
+                SensedQuantity::Velocity { displacement } => {
                     let integral = passed(zero, displacement);
                     sum(&[(1.0, &kernels[1]), (damping, zero), (stiffness, &integral)])
                 }
-                Shown::Acceleration { velocity, displacement } => {
+                SensedQuantity::Acceleration { velocity, displacement } => {
                     let integrals = [velocity, displacement].map(|response| passed(zero, response));
                     sum(&[(1.0, zero), (damping, &integrals[0]), (stiffness, &integrals[1])])
                 }
@@ -140,7 +140,7 @@ impl Rows {
 }
 
 /// What a sensor shows of the motion, with what one sample of it does to what is estimated from it, as far before its place as behind.
-pub(super) enum Shown {
+pub(super) enum SensedQuantity {
     Displacement,
     Velocity { displacement: Vec<f64> },
     Acceleration { velocity: Vec<f64>, displacement: Vec<f64> },
