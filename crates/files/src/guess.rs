@@ -41,6 +41,7 @@ const WORDS: &[(&str, ColumnQuantity)] = &[
     ("roll", ColumnQuantity::Displacement),
     ("output", ColumnQuantity::Displacement),
     ("response", ColumnQuantity::Displacement),
+    ("out", ColumnQuantity::Displacement),
     ("vel", ColumnQuantity::Velocity),
     ("speed", ColumnQuantity::Velocity),
     ("geschwindigkeit", ColumnQuantity::Velocity),
@@ -67,6 +68,7 @@ const WORDS: &[(&str, ColumnQuantity)] = &[
     ("fuß", ColumnQuantity::Input),
     ("foot", ColumnQuantity::Input),
     ("voltage", ColumnQuantity::Input),
+    ("in", ColumnQuantity::Input),
 ];
 
 /// What each column may be, for those that are not `taken`; `first[column][row]` are the first values.
@@ -232,7 +234,7 @@ mod tests {
         fn still(_: f64) -> f64 {
             2.0
         }
-        let columns: [(&[Named], &str); 9] = [
+        let columns: [(&[Named], &str); 10] = [
             (&[("Zeit", rising), ("Laser 2 (mm)", wave), ("Kraft (N)", wave)], "t x1 u1"),
             (&[("n", count), ("clock", rising), ("Beschleunigung 1", wave), ("Beschleunigung 2", wave)], "- t a1 a2"),
             (&[("ch1 [m/s^2]", wave), ("ch2 [lbf]", wave)], "a1 u1"),
@@ -242,6 +244,7 @@ mod tests {
             (&[("A", rising), ("B", wave), ("C", wave), ("D", wave)], "t x1 - -"),
             (&[("n", count), ("signal", wave)], "t x1"),
             (&[("speed", wave), ("Zeit", wave)], "v1 -"),
+            (&[("t_s", rising), ("V1_in_V", wave), ("V2_out_V", wave)], "t u1 x1"),
         ];
         for (columns, expected) in columns {
             assert_eq!(told(columns), expected, "{:?}", columns.iter().map(|c| c.0).collect::<Vec<_>>());

@@ -9,6 +9,7 @@ use super::experiment::NextExperiment;
 use super::fit::Fitted;
 use super::records::RecordScore;
 use super::site::Site;
+use super::words::within;
 use sindyscope_core::simulate::Delays;
 use sindyscope_values::format::number::significant;
 use sindyscope_values::model::Model;
@@ -404,7 +405,7 @@ impl Lead {
     /// The other set in words, for a sentence.
     pub fn against_words(&self) -> String {
         if !self.titles.is_empty() {
-            return self.titles.join(" and ");
+            return self.titles.iter().map(|title| within(title)).collect::<Vec<_>>().join(" and ");
         }
         match self.against.as_str() {
             "none" => "the model without it".to_owned(),

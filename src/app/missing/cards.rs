@@ -149,15 +149,14 @@ fn evidence(ui: &mut Ui, context: &WalkContext<'_>, before: &Stage, candidate: &
         }
         None => {}
     });
-    line(ui, 18.0, |ui| {
-        let said = standing(candidate, context);
-        let behind = behind(candidate, context);
-        let color = match candidate.standing {
-            Standing::Refitted if behind.is_none_or(|d| d <= 2.0) => colors.good,
-            Standing::Refused(_) => colors.caution,
-            _ => ui.visuals().weak_text_color(),
-        };
-        ui.add(egui::Label::new(RichText::new(said).color(color)).truncate());
+    let behind = behind(candidate, context);
+    let color = match candidate.standing {
+        Standing::Refitted if behind.is_none_or(|d| d <= 2.0) => colors.good,
+        Standing::Refused(_) => colors.caution,
+        _ => ui.visuals().weak_text_color(),
+    };
+    // The figure has its room first: the words before it are shortened where there is too little.
+    ui.allocate_ui_with_layout(vec2(ui.available_width(), 18.0), Layout::right_to_left(Align::Center), |ui| {
         if candidate.stage.is_some() {
             let (value, hint) = match behind {
                 None => (candidate.delta_bic, "Against the model without it; negative speaks for the effect"),
@@ -165,6 +164,9 @@ fn evidence(ui: &mut Ui, context: &WalkContext<'_>, before: &Stage, candidate: &
             };
             ui.label(RichText::new(words::delta_bic(value)).weak()).on_hover_text(hint);
         }
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            ui.add(egui::Label::new(RichText::new(standing(candidate, context)).color(color)).truncate());
+        });
     });
 }
 

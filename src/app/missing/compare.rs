@@ -16,7 +16,7 @@ use crate::app::plot::palette::{self, Tint};
 use crate::app::state::RoundStep;
 use crate::app::theme;
 use crate::app::widgets::{line, record_steps};
-use sindyscope_search::{Place, Stage, Trace as Response};
+use sindyscope_search::{Finding, Place, Stage, Trace as Response};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::record::Usage;
 
@@ -54,10 +54,11 @@ fn sentence(ui: &mut Ui, context: &WalkContext<'_>) {
             // The base's own spring and damper have taken up part of the force: what orders the rest need not be the
             // quantity that the effect depends on.
             (Some(_), Some(round)) if let Some(first) = first => format!(
-                "A gap beyond noise ({}). {} closes it best: below, the missing force is drawn over {}, on which that depends.",
+                "A gap beyond noise ({}). {}: below, the missing force is drawn over {}, on which {} depends.",
                 words::p_value(round.evidence.p_value),
-                first.title,
-                raised(&first.curve.axis)
+                words::closes(round),
+                raised(&first.curve.axis),
+                if matches!(round.finding, Finding::Ambiguous(_)) { "the first" } else { "that" }
             ),
             (Some(place), round) => {
                 let verdict = round.map(|r| format!("A gap beyond noise ({}). ", words::p_value(r.evidence.p_value)));

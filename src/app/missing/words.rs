@@ -2,7 +2,7 @@
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, RichText, Ui};
-use sindyscope_search::{CONSTANTS, Finding, Gap, Round, within};
+use sindyscope_search::{CONSTANTS, Finding, Gap, Lead, Round, within};
 
 use crate::app::theme;
 use sindyscope_values::format::number::{significant, significant_trimmed, superscript};
@@ -44,11 +44,12 @@ fn power_of_ten(value: f64) -> String {
 /// What a rival's difference of the Bayesian information criterion to the first candidate says, by the same scale.
 pub(super) fn against_first(delta_bic: f64) -> &'static str {
     match delta_bic {
-        d if d < -2.0 => "likelier on the fitted data, worse on others",
+        // The first stands for more than its own difference: in company it may close more, or be met more often.
+        d if d < -2.0 => "likelier than the first by itself",
         d if d <= 2.0 => "as likely as the first",
-        d if d <= 6.0 => "some evidence for the first instead",
-        d if d <= 10.0 => "strong evidence for the first instead",
-        _ => "very strong evidence for the first instead",
+        d if d <= 6.0 => "some evidence for the first",
+        d if d <= 10.0 => "strong evidence for the first",
+        _ => "very strong evidence for the first",
     }
 }
 
@@ -93,12 +94,24 @@ pub(super) fn finding(round: &Round) -> String {
     match &round.finding {
         Finding::Nothing => "No gap beyond noise: nothing is missing that these data can show.".into(),
         Finding::Named => format!("Named: {}.", within(first)),
+        Finding::Ambiguous(_) => format!("{}.", closes(round)),
+        Finding::Unexplained => "A gap that no effect of the catalogue closes on data never fitted.".into(),
+    }
+}
+
+/// What closes a gap, as a clause: the first candidate, and what these data cannot tell from it.
+pub(super) fn closes(round: &Round) -> String {
+    let first = round.candidates.first().map_or("", |c| c.title.as_str());
+    let better = |lead: &Lead| lead.difference <= 0.0;
+    match &round.finding {
         Finding::Ambiguous(rivals) => {
             let others: Vec<String> =
                 rivals.iter().filter_map(|k| round.candidates.get(*k)).map(|c| within(&c.title)).collect();
-            format!("These data cannot tell {} from {}.", within(first), others.join(", "))
+            format!("These data cannot tell {} from {}", within(first), others.join(", "))
         }
-        Finding::Unexplained => "A gap that no effect of the catalogue closes on data never fitted.".into(),
+        // Where nothing explains the data, the likelier may be shown before what predicts them a little better.
+        _ if round.lead.as_ref().is_some_and(better) => format!("{first} closes part of it"),
+        _ => format!("{first} closes it best"),
     }
 }
 
@@ -135,7 +148,8 @@ mod tests {
         assert_eq!(evidence(-300.0), "overwhelming evidence");
         assert_eq!(evidence(-7.0), "strong evidence");
         assert_eq!(evidence(9.0), "evidence against it");
-        assert_eq!(against_first(482.0), "very strong evidence for the first instead");
+        assert_eq!(against_first(482.0), "very strong evidence for the first");
+        assert_eq!(against_first(-40.0), "likelier than the first by itself");
         assert_eq!(against_first(0.3), "as likely as the first");
         assert_eq!(p_value(1e-40), "p < 10⁻¹²");
         assert_eq!(p_value(0.0312), "p = 0.031");

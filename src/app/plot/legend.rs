@@ -170,12 +170,30 @@ pub(crate) fn sign(painter: &Painter, at: Pos2, sign: MarkerShape) {
     }
 }
 
+/// The colours of cells from a frame's right edge on, from and to, and how far their values stand from them, points.
+const BAR: (f32, f32) = (10.0, 22.0);
+const BESIDE: f32 = 4.0;
+/// Least room for the colours and their values, points: plots beneath each other end alike.
+const COLOURS: f32 = 74.0;
+
+/// Letters of the values beside colours.
+fn of_colours() -> FontId {
+    FontId::proportional(11.0)
+}
+
+/// The width that the colours of cells take with their values, points.
+pub(super) fn colours_width(ui: &Ui, cells: &Cells, units: &ShownUnits) -> f32 {
+    let width = |text: String| ui.painter().layout_no_wrap(text, of_colours(), Color32::PLACEHOLDER).size().x;
+    let widest = cells.marks(units).into_iter().map(|(_, text)| width(text)).fold(0.0, f32::max);
+    (BAR.1 + BESIDE + widest).max(COLOURS)
+}
+
 /// The colours of cells with their values, right of a frame.
 pub(super) fn colours(ui: &Ui, frame: Rect, cells: &Cells, units: &ShownUnits) {
     const PIECES: usize = 48;
     let dark = ui.visuals().dark_mode;
     let bar =
-        Rect::from_min_max(pos2(frame.right() + 10.0, frame.top() + 2.0), pos2(frame.right() + 22.0, frame.bottom()));
+        Rect::from_min_max(pos2(frame.right() + BAR.0, frame.top() + 2.0), pos2(frame.right() + BAR.1, frame.bottom()));
     let mut mesh = Mesh::default();
     let y = |share: f64| bar.bottom() - bar.height() * share as f32;
     for k in 0..PIECES {
@@ -186,13 +204,13 @@ pub(super) fn colours(ui: &Ui, frame: Rect, cells: &Cells, units: &ShownUnits) {
     let painter = ui.painter();
     painter.add(mesh);
     painter.rect_stroke(bar, 0.0, Stroke::new(1.0, palette::cursor(dark)), egui::StrokeKind::Outside);
-    let (font, color) = (FontId::proportional(11.0), ui.visuals().text_color());
+    let (font, color) = (of_colours(), ui.visuals().text_color());
     for (share, text) in cells.marks(units) {
         let anchor = match share {
             s if s < 0.05 => Align2::LEFT_BOTTOM,
             s if s > 0.95 => Align2::LEFT_TOP,
             _ => Align2::LEFT_CENTER,
         };
-        painter.text(pos2(bar.right() + 4.0, y(share)), anchor, text, font.clone(), color);
+        painter.text(pos2(bar.right() + BESIDE, y(share)), anchor, text, font.clone(), color);
     }
 }

@@ -22,12 +22,8 @@ const COMPACT_AXIS: f32 = 40.0;
 const COMPACT_APART: f32 = 42.0;
 /// Height of an abscissa's ticks and label, points.
 const ABSCISSA: f32 = 34.0;
-/// Room for the colours of cells and their values, points.
-const COLOURS: f32 = 74.0;
 /// Width from which on a line above a plot has room for all that it may say, points.
 const ROOMY: f32 = 520.0;
-/// Height below which a plot is named by its unit alone, points.
-const LOW: f32 = 72.0;
 /// Least height of a plot, points.
 const LEAST: f32 = 44.0;
 /// Distance of plots beside each other, points.
@@ -258,8 +254,11 @@ fn panel_plot(
     let y_range = panel.shown_y(look.hidden.as_deref().unwrap_or(&BTreeSet::new()));
     let y_axis = Axis { range: y_range, ..panel.y.clone() };
     let scales = [panel.x.scale(&units), y_axis.scale(&units)];
-    let cells = panel.layers.iter().any(|l| matches!(l.shape, Shape::Cells(_)));
-    let width = ui.available_width() - if cells { COLOURS } else { 0.0 };
+    let cells = panel.layers.iter().find_map(|layer| match &layer.shape {
+        Shape::Cells(cells) => Some(cells),
+        _ => None,
+    });
+    let width = ui.available_width() - cells.map_or(0.0, |cells| legend::colours_width(ui, cells, &units));
     let memory = PlotMemory::load(ui.ctx(), id).filter(|_| !must_fit);
     let go_to = plots.go_to.filter(|_| panel.x.link.is_some());
     let bounds = seen(memory.as_ref(), go_to, [panel.x.range, y_range]);
@@ -269,7 +268,12 @@ fn panel_plot(
     }
     let drawn: Vec<&Drawn> = (0..panel.layers.len()).filter_map(|k| plots.drawn.get(&(id, k))).collect();
     let auto_y = memory.as_ref().is_none_or(|m| m.auto_bounds.y);
+    // A title as long as the plot is high may run into the line above it, not into the plot there.
+    let along = height + legend::HEIGHT - if labelled { ABSCISSA } else { 0.0 };
+    let fits = |title: &String| legend::text_width(ui, title) <= along;
+    let y_title = [y_axis.title(&scales[1]), scales[1].unit.clone()].into_iter().find(fits).unwrap_or_default();
     let mut plot = framed(Plot::new(id).id(id), panel, &y_axis, &scales, vec2(width, height), look.compact)
+        .y_axis_label(if look.compact { String::new() } else { y_title })
         .show_axes([labelled, true])
         .grid_color(palette::grid(dark));
     if let Some(link) = panel.x.link {
@@ -336,18 +340,12 @@ fn framed<'a>(
         (false, true) => 3.75,
         (false, false) => 4.5,
     };
-    let y_title = match (compact, size.y < LOW) {
-        (true, _) => String::new(),
-        (false, true) => scales[1].unit.clone(),
-        (false, false) => y_axis.title(&scales[1]),
-    };
     let logarithmic = panel.x.logarithmic || panel.y.logarithmic;
     let plot = plot
         .width(size.x)
         .height(size.y)
         .y_axis_min_width(if compact { COMPACT_AXIS } else { AXIS_WIDTH })
         .x_axis_label(panel.x.title(&scales[0]))
-        .y_axis_label(y_title)
         .x_grid_spacer(spacer(&panel.x, apart))
         .y_grid_spacer(spacer(y_axis, above))
         .x_axis_formatter(label(&panel.x, &scales[0]))
