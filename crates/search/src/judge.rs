@@ -13,15 +13,19 @@ use std::sync::Arc;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
+use super::columns::MotionPath;
 use super::constants::{Constants, QUANTILE};
 use super::data::{Data, RecordSeries};
 use super::effects::Form;
-use super::fit::Fitted;
+use super::fit::{Fitted, Followed};
 use super::outcome::Lead;
 use super::structure::Composition;
-use sindyscope_core::refine::{FitOptions, Point, Run, refine, respond};
+use sindyscope_core::refine::{FitOptions, Point, Run, refine, residuals_beside_jumps};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::study::Cancel;
+
+/// A model's motion along a record, and the offsets of its sensors.
+type Begun = (MotionPath, Vec<f64>);
 
 /// Resampled sums that a quantile is taken from, a matter of digits.
 const RESAMPLED: usize = 400;
@@ -205,7 +209,11 @@ impl Data {
     pub(super) fn densities(&self, fitted: &Fitted, cancel: &Cancel) -> Vec<f64> {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
-        let of = |shared: &[f64], run: &Run| self.predicted(composition, shared, run, cancel);
+        let begun = self.begun(fitted);
+        let of = |shared: &[f64], run: &Run| {
+            let along = self.series.iter().zip(&begun).find(|(s, _)| Arc::ptr_eq(&s.grid, &run.grid));
+            self.predicted(composition, shared, (run, along.and_then(|(_, begun)| begun.as_ref())), cancel)
+        };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
         // A sensor set to a larger range is noisier: a set must not lose there for having been surer.
@@ -229,6 +237,20 @@ impl Data {
         }
     }
 
+    /// Where accelerations are measured, a fitted model's motion along each record with its sensors' offsets: what is smoothed from
+    /// them alone is too far off to begin a state's estimate with, as stops lie between that no slope leads across.
+    fn begun(&self, fitted: &Fitted) -> Vec<Option<Begun>> {
+        if !self.shows_rates() {
+            return Vec::new();
+        }
+        let followed = fitted.followed().into_iter().chain(fitted.held_out.iter().cloned());
+        let of_record = |(s, Followed { beginnings, .. }): (&RecordSeries, Followed)| {
+            let path = self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &beginnings)?;
+            (path.x[0].len() == s.len()).then_some((path, beginnings.offsets))
+        };
+        self.series.iter().zip(followed).map(of_record).collect()
+    }
+
     /// Samples that no fit sees.
     pub(super) fn unseen(&self) -> usize {
         let of_folds = self.folds().iter().flat_map(|(_, test)| test).map(Run::rows).sum::<usize>();
@@ -244,8 +266,14 @@ impl Data {
     }
 
     /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over the period
-    /// before it.
-    fn predicted(&self, composition: &Composition, shared: &[f64], record: &Run, cancel: &Cancel) -> Vec<Vec<f64>> {
+    /// before it, from where the model is along the record if that is known.
+    fn predicted(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        (record, begun): (&Run, Option<&Begun>),
+        cancel: &Cancel,
+    ) -> Vec<Vec<f64>> {
         let n = record.range.len();
         let period = ((self.period / record.grid.interval()) as usize).clamp(4, (n / 3).max(4));
         let first = record.range.start + if record.range.start >= period { 0 } else { period };
@@ -260,21 +288,21 @@ impl Data {
         let part = |range: std::ops::Range<usize>| Run { record: 0, ..record.part(range) };
         let attempt = |spans: &[(usize, usize)]| -> Option<Vec<Vec<f64>>> {
             let before: Vec<Run> = spans.iter().map(|(a, _)| part(a - period..*a)).collect();
-            let start = Point::new(composition, &before, shared.to_vec(), true);
+            let mut start = Point::new(composition, &before, shared.to_vec(), true);
+            if let Some((path, offsets)) = begun {
+                for (own, run) in start.own.iter_mut().zip(&before) {
+                    let there = path.x.iter().chain(&path.v).map(|state| state[run.range.start]);
+                    own.iter_mut().zip(there).for_each(|(own, there)| *own = there);
+                }
+                start.offsets.iter_mut().zip(offsets).for_each(|(start, there)| *start = *there);
+            }
             let found = refine(composition, &before, &start, frozen)?;
             let whole: Vec<Run> = spans.iter().map(|(a, b)| part(a - period..*b)).collect();
-            let simulated = respond(composition, &whole, &found.point, frozen)?;
-            Some(
-                whole
-                    .iter()
-                    .zip(simulated)
-                    .map(|(run, shown)| {
-                        let rows = run.range.len();
-                        let errors: Vec<f64> = run.target().zip(&shown).map(|(y, s)| y - s).collect();
-                        errors.chunks(rows).flat_map(|sensor| sensor[period..].iter().copied()).collect()
-                    })
-                    .collect(),
-            )
+            let errors = residuals_beside_jumps(composition, &whole, &found.point, frozen)?;
+            let of_block = |(run, errors): (&Run, Vec<f64>)| {
+                errors.chunks(run.range.len()).flat_map(|sensor| sensor[period..].iter().copied()).collect()
+            };
+            Some(whole.iter().zip(errors).map(of_block).collect())
         };
         // Where one block runs away, the others are predicted without it.
         attempt(&spans).unwrap_or_else(|| {

@@ -11,13 +11,15 @@ use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::Proposal;
 use super::ruling::Tried;
+use super::screen::Hit;
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use nalgebra::{DMatrix, DVector};
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::{
-    Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, refine, shoot,
+    Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, misfit_beside_jumps, refine,
+    shoot,
 };
 use sindyscope_core::study::Cancel;
 
@@ -63,7 +65,7 @@ impl Search {
     pub(super) fn try_beside(
         &self,
         before: &Arc<Fitted>,
-        forms: &[Form],
+        (forms, screened): (&[Form], &[Hit]),
         tried: &mut Tried,
         tell: Listener<'_>,
         cancel: &Cancel,
@@ -74,6 +76,7 @@ impl Search {
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
         let mut proposals = data.propose(composition, inner, forms, constants.crumb, cancel);
         proposals.retain(|p| p.forms.len() <= room);
+        proposals.extend(self.seen_along(before, (forms, screened), &proposals, cancel));
         proposals.splice(0..0, self.holding(before, forms, cancel));
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
@@ -239,6 +242,28 @@ impl Search {
             Proposal { forms: vec![k], gain: f64::INFINITY, ..start }
         };
         (0..forms.len()).filter(|k| forms[*k].is_dry_friction()).map(alone).collect()
+    }
+
+    /// A displacement that is estimated misleads the regression by a small shift of phase: there what would explain most along the
+    /// base model's motion is proposed too, as likely as what the regression has first.
+    fn seen_along(
+        &self,
+        before: &Fitted,
+        (forms, screened): (&[Form], &[Hit]),
+        proposals: &[Proposal],
+        cancel: &Cancel,
+    ) -> Vec<Proposal> {
+        if self.data.outputs.iter().all(|o| o.derivatives() == 0) {
+            return Vec::new();
+        }
+        let (composition, inner) = (&before.composition, &before.parameters.inner);
+        let gain = proposals.iter().map(|p| p.gain).fold(0.0, f64::max);
+        let alone = |k: usize| {
+            let start = self.data.propose_exactly(composition, inner, std::slice::from_ref(&forms[k]), cancel)?;
+            Some(Proposal { forms: vec![k], gain, ..start })
+        };
+        let first = screened.iter().map(|hit| hit.form).filter(|k| !forms[*k].is_outside());
+        first.take(SIDE_BY_SIDE).filter_map(alone).collect()
     }
 
     /// Fits what the best sets contain, whenever their effects were found: a set is named only against each part of it, fitted
@@ -627,10 +652,11 @@ impl Search {
         let never = || false;
         let driven = fitted.level != WHOLE;
         let options = FitOptions { driven, ..self.data.options(&never, 0, None) };
-        let there = misfit(&fitted.composition, &fitted.runs, others, options);
-        let variance = refined.rss / refined.samples.max(1) as f64;
+        let there = misfit_beside_jumps(&fitted.composition, &fitted.runs, others, options);
+        let here = refined.rss_beside_jumps();
+        let variance = here / refined.samples.max(1) as f64;
         let least = self.data.constants.amplitude_errors;
-        there.is_none_or(|rss| rss - refined.rss > least * least * inflation * variance)
+        there.is_none_or(|there| there - here > least * least * inflation * variance)
     }
 
     pub(super) fn smoothed_paths(&self) -> Vec<super::columns::MotionPath> {

@@ -10,9 +10,11 @@ use super::columns::{MotionPath, forces};
 use super::constants::LARGEST_SET;
 use super::data::{Data, RecordSeries};
 use super::effects::{Addition, Form};
-use super::fit::Fitted;
+use super::fit::{Fitted, Followed};
 use super::motion::{Sensing, Smoothed, Variation, smooth};
+use super::outcome::Beginnings;
 use super::site::{Placed, accelerations};
+use super::structure::Composition;
 use sindyscope_core::refine::{Output, Structure as _};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
@@ -55,41 +57,48 @@ pub(super) struct Hit {
 }
 
 impl Data {
+    /// The motion along a record of a model whose stretches begin like this; none where it does not last.
+    pub(super) fn path_along(
+        &self,
+        composition: &Composition,
+        shared: &[f64],
+        s: &RecordSeries,
+        beginnings: &Beginnings,
+    ) -> Option<MotionPath> {
+        let (model, composed) = composition.model(&composition.named(shared));
+        let simulator = Simulator::new(&model).ok()?;
+        let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
+        let delayed = (!composed.delays.is_none()).then(|| s.grid.delayed(&composed.delays));
+        let grid = delayed.as_ref().unwrap_or(&s.grid);
+        let masses = self.masses();
+        let mut path = MotionPath { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
+        let mut driven = Vec::new();
+        for (range, own) in &beginnings.stretches {
+            let mut initial = own.clone();
+            if initial.len() < 2 * masses + composed.internals.len() {
+                if driven.is_empty() {
+                    driven = composition.driven(shared, &s.run());
+                }
+                initial.extend(driven.iter().map(|z| z[range.start]));
+            }
+            let response = simulator.run(grid, &initial, range.clone(), &limits);
+            if response.len() < range.len() {
+                return None;
+            }
+            let (x, rest) = response.states.split_at(masses);
+            path.x.iter_mut().zip(x).for_each(|(path, x)| path.extend_from_slice(x));
+            path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
+        }
+        Some(path)
+    }
+
     /// The motion under a fitted model.
     pub(super) fn motion(&self, fitted: &Fitted) -> Option<Motion> {
-        let (model, composed) = fitted.composition.model(&fitted.parameters);
-        let simulator = Simulator::new(&model).ok()?;
+        let composed = fitted.composition.compose(&fitted.parameters.inner);
         let mut simulated = Vec::new();
         let mut variations: Vec<Variation> = Vec::new();
-        for (r, s) in self.fit().iter().enumerate() {
-            let limits = Limits { states: &s.limits, tolerance: 1e-8, ..Limits::default() };
-            let delayed;
-            let grid = if composed.delays.is_none() {
-                &*s.grid
-            } else {
-                delayed = s.grid.delayed(&composed.delays);
-                &delayed
-            };
-            let masses = self.masses();
-            let mut path = MotionPath { x: vec![Vec::new(); masses], v: vec![Vec::new(); masses] };
-            let mut driven = Vec::new();
-            let runs = fitted.runs.iter().zip(&fitted.refined.point.own).filter(|(run, _)| run.record == r);
-            for (run, own) in runs {
-                let mut initial = own.clone();
-                if initial.len() < 2 * masses + composed.internals.len() {
-                    if driven.is_empty() {
-                        driven = fitted.composition.driven(&fitted.refined.point.shared, run);
-                    }
-                    initial.extend(driven.iter().map(|z| z[run.range.start]));
-                }
-                let response = simulator.run(grid, &initial, run.range.clone(), &limits);
-                if response.len() < run.range.len() {
-                    return None;
-                }
-                let (x, rest) = response.states.split_at(masses);
-                path.x.iter_mut().zip(x).for_each(|(path, x)| path.extend_from_slice(x));
-                path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
-            }
+        for (s, Followed { beginnings, .. }) in self.fit().iter().zip(fitted.followed()) {
+            let path = self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &beginnings)?;
             variations.push(self.variation(&composed.terms, &fitted.parameters.coefficients, s, &path));
             simulated.push(path);
         }

@@ -512,7 +512,7 @@ impl Search {
             Keep::Present => (&mut alone, true),
             Keep::Any(tried) => (tried, false),
         };
-        if !self.try_beside(&before, &forms, tried, tell, cancel) {
+        if !self.try_beside(&before, (&forms, &screened.hits), tried, tell, cancel) {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };

@@ -275,6 +275,21 @@ fn a_velocity_or_an_acceleration_alone_shows_a_steep_spring() {
     }
 }
 
+#[test]
+fn what_a_velocity_shows_of_a_weak_damper_is_not_called_a_delay() {
+    // Both shift its phase a little, and so does what is estimated from it.
+    let damper = [vec!["viscous_damping".to_owned()]];
+    let velocity = Instruments { shown: SensedMotion::Velocity, ..white(0.01) };
+    let found = run(&cases(&damper, &[ExcitationKind::SweepPair], &[velocity], 1..2)[0]).unwrap();
+    assert!(found.top(1) && !found.named_wrong(), "{:?}: {:?} or {:?}", found.verdict, found.steps, found.others);
+}
+
+#[test]
+fn by_accelerations_alone_friction_between_two_masses_is_not_taken_for_static_friction() {
+    // A state that is estimated without the model lies beyond stops that no slope leads across.
+    assert!(draw(2, SensedMotion::Acceleration, false, 8) == Some(Found::Right));
+}
+
 /// A velocity or an acceleration alone, one mass: as good as its displacement. What is wrong with a displacement's sensor is no
 /// effect of these, nor does a constant force move a linear plant but once for all.
 #[test]

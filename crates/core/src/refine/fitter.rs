@@ -66,6 +66,26 @@ pub fn misfit(structure: &dyn Structure, runs: &[Run], point: &Point, options: F
     left
 }
 
+/// As [`misfit`], without what jumps of accelerations leave: see [`Refined::rss_beside_jumps`].
+pub fn misfit_beside_jumps(
+    structure: &dyn Structure,
+    runs: &[Run],
+    point: &Point,
+    options: FitOptions<'_>,
+) -> Option<f64> {
+    let mut simulated = Vec::new();
+    let fitter = Fitter::new(structure, runs, options);
+    let left = fitter.all(point, &mut simulated)?;
+    let jumps = fitter.at_jumps(point, &residuals(runs, &simulated));
+    fitter.read_meter();
+    Some((left - jumps).max(0.0))
+}
+
+fn residuals(runs: &[Run], simulated: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let of_run = |(run, shown): (&Run, &Vec<f64>)| run.target().zip(shown).map(|(y, s)| y - s).collect();
+    runs.iter().zip(simulated).map(of_run).collect()
+}
+
 /// What the sensors of each run would show at a point, weighted, output after output, nothing fitted; none if the model cannot
 /// be simulated there.
 pub fn respond(
@@ -79,6 +99,22 @@ pub fn respond(
     let left = fitter.all(point, &mut simulated);
     fitter.read_meter();
     left.map(|_| simulated)
+}
+
+/// What a point leaves of each run, weighted, on which models can be compared: a sample of an acceleration next to a jump of the
+/// simulated one that strays leaves no more than is usual. Nothing where the model cannot be simulated.
+pub fn residuals_beside_jumps(
+    structure: &dyn Structure,
+    runs: &[Run],
+    point: &Point,
+    options: FitOptions<'_>,
+) -> Option<Vec<Vec<f64>>> {
+    let mut residuals = residuals(runs, &respond(structure, runs, point, options)?);
+    let strays = Fitter::new(structure, runs, options).strays(point, &residuals);
+    for (residuals, strays) in residuals.iter_mut().zip(strays) {
+        strays.into_iter().for_each(|(k, usual)| residuals[k] = usual.sqrt().copysign(residuals[k]));
+    }
+    Some(residuals)
 }
 
 struct Fitter<'a> {
@@ -258,23 +294,30 @@ impl<'a> Fitter<'a> {
 
     /// What samples of accelerations next to a jump leave beyond what the others do.
     fn at_jumps(&self, point: &Point, residuals: &[Vec<f64>]) -> f64 {
-        if !self.rates {
-            return 0.0;
-        }
-        let Some(ready) = self.ready(&point.shared) else { return 0.0 };
+        let of_run = |(strays, e): (Vec<(usize, f64)>, &Vec<f64>)| -> f64 {
+            strays.into_iter().map(|(k, usual)| e[k] * e[k] - usual).sum()
+        };
+        self.strays(point, residuals).into_iter().zip(residuals).map(of_run).sum()
+    }
+
+    /// For each run the residuals that are a jump's own: samples of accelerations next to one, far from the usual. Their places in
+    /// the run's residuals, and the mean square of those of their sensor. No runs where no acceleration is measured.
+    fn strays(&self, point: &Point, residuals: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
+        let Some(ready) = self.rates.then(|| self.ready(&point.shared)).flatten() else { return Vec::new() };
         let sides = self.sides(&ready, point);
-        let of_run = |((run, sides), residuals): ((&Run, &Vec<u64>), &Vec<f64>)| -> f64 {
+        let of_run = |((run, sides), residuals): ((&Run, &Vec<u64>), &Vec<f64>)| -> Vec<(usize, f64)> {
             let changes = |k: usize| sides.get(k).zip(sides.get(k + 1)).is_some_and(|(a, b)| a != b);
             let next_to_jump = |k: usize| changes(k) || k > 0 && changes(k - 1);
-            let of_output = |(output, e): (&Output, &[f64])| -> f64 {
+            let rows = run.range.len().max(1);
+            let of_output = |(place, (output, e)): (usize, (&Output, &[f64]))| -> Vec<(usize, f64)> {
                 let usual = dot(e, e) / e.len().max(1) as f64;
                 let strays = |k: usize| e[k] * e[k] > STRAY_RESIDUAL * STRAY_RESIDUAL * usual && next_to_jump(k);
                 let strays = (0..e.len()).filter(|k| output.is_rate() && strays(*k));
-                strays.map(|k| e[k] * e[k] - usual).sum()
+                strays.map(|k| (place * rows + k, usual)).collect()
             };
-            run.outputs.iter().zip(residuals.chunks(run.range.len().max(1))).map(of_output).sum()
+            run.outputs.iter().zip(residuals.chunks(rows)).enumerate().flat_map(of_output).collect()
         };
-        self.runs.iter().zip(&sides).zip(residuals).map(of_run).sum()
+        self.runs.iter().zip(&sides).zip(residuals).map(of_run).collect()
     }
 
     /// Makes a response after a step of a parameter a slope: the difference from the response before, over the step. At a

@@ -5,7 +5,8 @@ use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
 use super::{
-    FitOptions, Goal, Instance, MeasuredMotion, Output, Point, Run, Structure, inflation, land, refine, respond,
+    FitOptions, Goal, Instance, MeasuredMotion, Output, Point, Run, Structure, inflation, land, misfit_beside_jumps,
+    refine, residuals_beside_jumps, respond,
 };
 use crate::simulate::{Delays, InputGrid};
 use sindyscope_rig::{ScenarioOptions, generate};
@@ -135,7 +136,12 @@ fn on_which_side_of_a_jump_a_sample_of_an_acceleration_lies_tells_nothing() {
         measured[at] += 0.6;
         let runs = [seen(&grid, &x, (Output::Acceleration(0), &measured))];
         let fit = refine(&rubbing, &runs, &point, FitOptions { steps: 0, ..frozen }).unwrap();
-        (fit.rss, fit.rss_beside_jumps())
+        let beside = fit.rss_beside_jumps();
+        assert_eq!(misfit_beside_jumps(&rubbing, &runs, &point, frozen), Some(beside));
+        let residuals = residuals_beside_jumps(&rubbing, &runs, &point, frozen).unwrap();
+        let squares: f64 = residuals[0].iter().map(|e| e * e).sum();
+        assert!((squares - beside).abs() < 1e-12, "{squares} {beside}");
+        (fit.rss, beside)
     };
     let (rss, beside) = left(jump.unwrap());
     assert!(rss > 0.3 && beside < 0.01 * rss, "{rss} {beside}");
