@@ -88,6 +88,7 @@ impl Search {
             let shared = Parameters { coefficients, inner: all }.row();
             proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
         }
+        let likeliest = proposals.iter().map(|p| p.gain).filter(|g| g.is_finite()).fold(f64::NEG_INFINITY, f64::max);
         let single = |proposal: &Proposal| proposal.composition.forms.len() == composition.forms.len() + 1;
         tried.know(composition.forms.iter().chain(forms));
         if tried.place(&tried.indices(composition)).is_none() {
@@ -104,7 +105,8 @@ impl Search {
             state.shown += usize::from(single(proposal) && state.gain.is_some() && proposal.gain.is_finite());
             let explains =
                 |set: &Hypothesis| set.unborne.is_none() && data.is_within(&set.fitted, constants.explaining(), cancel);
-            state.gain = state.gain.or(set.is_some_and(explains).then_some(proposal.gain));
+            // What was not regressed on stands with what the regression has first.
+            state.gain = state.gain.or(set.is_some_and(explains).then_some(proposal.gain.min(likeliest)));
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
         if !self.fit_in_turn(proposals, tried, &mut Explained::default(), (wanted, taken, told), cancel) {

@@ -157,6 +157,9 @@ pub(super) fn sentence(
     let rms = |s: &Stage| s.gap.test_rmse.unwrap_or(s.gap.train_rmse);
     let gap = format!("the error on data never fitted {}", change(rms(first), rms(last), length));
     match verdict {
+        Verdict::NothingMissing if rounds.last().is_some_and(|r| r.evidence.significant) => {
+            "Nothing that matters is missing: a little more than noise is left, and no effect of the catalogue predicts data never fitted better.".to_owned()
+        }
         Verdict::NothingMissing => "Nothing is missing that these data can show.".to_owned(),
         Verdict::Named => format!("Missing: {}; {gap}.", names.join(" and ")),
         Verdict::Ambiguous => {

@@ -389,7 +389,12 @@ fn candidates(round: &Round, unit: &str, tested: &'static str) -> Vec<Block> {
 
 fn remaining(diagnosis: &Diagnosis) -> String {
     let remaining = &diagnosis.remaining;
-    let left = if remaining.significant { "Remaining gap" } else { "What is left is noise" };
+    let left = match remaining.significant {
+        true => "Remaining gap",
+        // Little more than noise, or steps of the sensor, is no gap however small the probability.
+        false if remaining.p_value < CONSTANTS.level => "What is left is hardly more than noise",
+        false => "What is left is noise",
+    };
     let p = if remaining.significant { p_words(remaining.p_value) } else { no_gap(remaining.p_value) };
     format!("{left} ({p}). {}", remaining.note).trim_end().to_owned()
 }
