@@ -75,10 +75,10 @@ pub fn misfit_beside_jumps(
 ) -> Option<f64> {
     let mut simulated = Vec::new();
     let fitter = Fitter::new(structure, runs, options);
-    let left = fitter.all(point, &mut simulated)?;
-    let jumps = fitter.at_jumps(point, &residuals(runs, &simulated));
+    let left = fitter.all(point, &mut simulated);
+    let left = left.map(|left| (left - fitter.at_jumps(point, &residuals(runs, &simulated))).max(0.0));
     fitter.read_meter();
-    Some((left - jumps).max(0.0))
+    left
 }
 
 fn residuals(runs: &[Run], simulated: &[Vec<f64>]) -> Vec<Vec<f64>> {
