@@ -89,7 +89,7 @@ impl Search {
         let beside = beside.into_iter().map(|e| e.choice.effect.clone()).collect();
         let scores = self.record_scores(&fitted, cancel);
         let plain = self.fit_of(base, cancel)?;
-        let curve = self.data.motion(&plain).map(|motion| self.described_curve((&plain, &fitted), &motion));
+        let curve = self.data.motion(&plain, cancel).map(|motion| self.described_curve((&plain, &fitted), &motion));
         let curve = curve.unwrap_or_default();
         Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence }))
     }
@@ -119,7 +119,7 @@ impl Search {
     ) -> Result<(), GapError> {
         let data = &self.data;
         tell(Progress::Step("Seeking a formula for what is left", 0.9));
-        let Some(motion) = data.motion(before) else { return Ok(()) };
+        let Some(motion) = data.motion(before, cancel) else { return Ok(()) };
         let forms = self.words_of_formulas(before, &motion);
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         // No term stands for a part of another, as effects do: the shortest is found by the comparison alone.

@@ -9,7 +9,7 @@ use super::fit::{Fitted, WHOLE};
 use super::outcome::{Diagnosis, Finding, Remaining, Round, Stage, Verdict};
 use super::ruling::Tried;
 use super::search::Search;
-use super::words::{Doubt, remaining, sentence, titles};
+use super::words::{Doubt, remaining, sentence};
 use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::refine::{Goal, shoot};
 use sindyscope_core::study::Cancel;
@@ -212,7 +212,7 @@ impl Search {
     /// What a stage leaves, no effect being tried.
     fn left(&self, stage: &Stage, cancel: &Cancel) -> Result<Remaining, GapError> {
         let fitted = self.fit_of(stage, cancel)?;
-        let motion = self.data.motion(&fitted).ok_or_else(|| GapError::Stage(titles(&stage.choices())))?;
+        let motion = self.motion(&fitted, &stage.choices(), cancel)?;
         let forms = self.forms(&fitted, &motion);
         let screened = self.data.screen(&fitted, &motion, &forms, cancel);
         let seen = Examined { fitted: &fitted, motion: &motion, forms: &forms, screened: &screened };

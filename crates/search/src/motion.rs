@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use sindyscope_core::refine::Output;
+use sindyscope_core::study::Cancel;
 
 /// Displacements and velocities of a linear system `p″ = −K p − C p′ + φ` from one sample to the next: one oscillator, or
 /// several that are coupled.
@@ -457,18 +458,24 @@ fn start(e: &[f64], ratio: f64, walk: &StateWalk) -> (DVector<f64>, DMatrix<f64>
     (mean, covariance)
 }
 
-/// Smooths what a response leaves of several records of one interval, weighted, one sensor's series behind the other's.
-pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], seen: Sensing<'_>) -> Vec<Smoothed> {
+/// Smooths what a response leaves of several records of one interval, weighted, one sensor's series behind the other's; none if
+/// cancelled.
+pub(super) fn smooth(
+    oscillator: &Oscillator,
+    series: &[&[f64]],
+    seen: Sensing<'_>,
+    cancel: &Cancel,
+) -> Option<Vec<Smoothed>> {
     let walk = walk(oscillator, seen);
     let omega = std::f64::consts::TAU / seen.period;
     // The force's change over a period, in units of ω² (of a velocity ω) times the noise's deviation.
     let unit = omega.powi(2 - walk.outputs.first().map_or(0, |o| o.derivatives()) as i32);
     let ratio = |exponent: f64| (10f64.powf(exponent) * unit).powi(2) / seen.period;
-    let value = |exponent: f64| likelihood(&walk, series, ratio(exponent)).0;
+    let value = |exponent: f64| (!cancel.is_cancelled()).then(|| likelihood(&walk, series, ratio(exponent)).0);
     let mut best = (f64::NEG_INFINITY, 0.0);
     for k in 0..8 {
         let exponent = -2.5 + f64::from(k);
-        let found = value(exponent);
+        let found = value(exponent)?;
         if found > best.0 {
             best = (found, exponent);
         }
@@ -476,14 +483,15 @@ pub(super) fn smooth(oscillator: &Oscillator, series: &[&[f64]], seen: Sensing<'
     let middle = best.1;
     for offset in [-0.5, 0.5, -0.25, 0.25] {
         let exponent = if f64::abs(offset) > 0.3 { middle } else { best.1 } + offset;
-        let found = value(exponent);
+        let found = value(exponent)?;
         if found > best.0 {
             best = (found, exponent);
         }
     }
     let ratio = ratio(best.1);
     let variance = likelihood(&walk, series, ratio).1;
-    series.iter().map(|e| smoother(&walk, e, ratio, variance)).collect()
+    let smoothed = |e: &&[f64]| (!cancel.is_cancelled()).then(|| smoother(&walk, e, ratio, variance));
+    series.iter().map(smoothed).collect()
 }
 
 fn smoother(walk: &StateWalk, e: &[f64], ratio: f64, variance: f64) -> Smoothed {

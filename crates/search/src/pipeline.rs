@@ -44,7 +44,7 @@ impl Search {
     pub(super) fn fit_exactly(&self, choices: &[Choice], cancel: &Cancel) -> Result<Fitted, GapError> {
         let impossible = || GapError::Stage(titles(choices));
         let base = self.fitted(&[], cancel)?;
-        let motion = self.data.motion(&base).ok_or_else(impossible)?;
+        let motion = self.motion(&base, choices, cancel)?;
         let all = self.forms(&base, &motion);
         let described = choices.iter().any(|c| c.effect == DESCRIPTION);
         let words = if described { self.words_of_formulas(&base, &motion) } else { Vec::new() };

@@ -55,11 +55,11 @@ impl Search {
     /// Cancelled.
     pub fn restore(&self, found: &Found, cancel: &Cancel) -> Result<Option<Restored>, GapError> {
         let models: Option<Vec<Revived>> = found.models.par_iter().map(|kept| self.revived(kept, cancel)).collect();
-        let restored = models.and_then(|models| self.restored(found, &models));
+        let restored = models.and_then(|models| self.restored(found, &models, cancel));
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(restored) }
     }
 
-    fn restored(&self, found: &Found, models: &[Revived]) -> Option<Restored> {
+    fn restored(&self, found: &Found, models: &[Revived], cancel: &Cancel) -> Option<Restored> {
         let entries = guide().into_iter().chain(guide_of_own(&self.ask.effects));
         let explanations: HashMap<&str, &'static str> = entries.map(|e| (e.effect, e.explanation)).collect();
         let mut restored = Restored::default();
@@ -67,7 +67,7 @@ impl Search {
             restored.stages.insert(fit.effects.clone(), Arc::clone(&models.get(fit.model)?.stage));
         }
         for kept in &found.rounds {
-            let round = self.restored_round(kept, models, &explanations)?;
+            let round = self.restored_round(kept, models, &explanations, cancel)?;
             restored.rounds.insert(kept.effects.clone(), Arc::new(round));
         }
         for kept in &found.conclusions {
@@ -105,9 +105,10 @@ impl Search {
         kept: &FoundRound,
         models: &[Revived],
         explanations: &HashMap<&str, &'static str>,
+        cancel: &Cancel,
     ) -> Option<Round> {
         let (before, compared) = (models.get(kept.before)?, models.get(kept.compared)?);
-        let motion = self.data.motion(&before.fitted)?;
+        let motion = self.data.motion(&before.fitted, cancel)?;
         let place = self.data.place(&before.fitted.by_record(&before.fitted.refined.residuals), &motion);
         let candidate = |c: &FoundCandidate| {
             let with = match c.model {

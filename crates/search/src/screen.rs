@@ -93,11 +93,14 @@ impl Data {
     }
 
     /// The motion under a fitted model.
-    pub(super) fn motion(&self, fitted: &Fitted) -> Option<Motion> {
+    pub(super) fn motion(&self, fitted: &Fitted, cancel: &Cancel) -> Option<Motion> {
         let composed = fitted.composition.compose(&fitted.parameters.inner);
         let mut simulated = Vec::new();
         let mut variations: Vec<Variation> = Vec::new();
         for (s, Followed { beginnings, .. }) in self.fit().iter().zip(fitted.followed()) {
+            if cancel.is_cancelled() {
+                return None;
+            }
             let path = self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &beginnings)?;
             variations.push(self.variation(&composed.terms, &fitted.parameters.coefficients, s, &path));
             simulated.push(path);
@@ -114,10 +117,10 @@ impl Data {
         let alike = self.fit().iter().all(|s| (s.interval / self.fit()[0].interval - 1.0).abs() < 1e-6);
         let mut smoothed: Vec<Smoothed> = Vec::new();
         if alike {
-            smoothed = smooth(&variations.first()?.oscillator, &residuals, seen);
+            smoothed = smooth(&variations.first()?.oscillator, &residuals, seen, cancel)?;
         } else {
             for (variation, e) in variations.iter().zip(&residuals) {
-                smoothed.append(&mut smooth(&variation.oscillator, &[e], seen));
+                smoothed.append(&mut smooth(&variation.oscillator, &[e], seen, cancel)?);
             }
         }
         for (((s, path), smoothed), variation) in self.fit().iter().zip(&simulated).zip(smoothed).zip(&variations) {

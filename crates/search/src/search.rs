@@ -314,6 +314,15 @@ impl Search {
         Ok(fitted)
     }
 
+    /// The motion under the fitted model of these effects.
+    pub(super) fn motion(&self, fitted: &Fitted, choices: &[Choice], cancel: &Cancel) -> Result<Motion, GapError> {
+        let motion = self.data.motion(fitted, cancel);
+        if cancel.is_cancelled() {
+            return Err(GapError::Cancelled);
+        }
+        motion.ok_or_else(|| GapError::Stage(titles(choices)))
+    }
+
     fn fit_base(&self, cancel: &Cancel) -> Result<Fitted, GapError> {
         let data = &self.data;
         let mut composition = self.base.clone();
@@ -474,7 +483,7 @@ impl Search {
         let before = self.fit_of(stage, cancel)?;
         let data = &self.data;
         tell(Progress::Step("Estimating the missing force", 0.0));
-        let motion = data.motion(&before).ok_or_else(|| GapError::Stage(titles(&stage.choices())))?;
+        let motion = self.motion(&before, &stage.choices(), cancel)?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
         check()?;
         let place = data.place(&before.by_record(&before.refined.residuals), &motion);

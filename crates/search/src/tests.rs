@@ -6,6 +6,7 @@ use super::site::Placed;
 use super::structure::Composition;
 use sindyscope_core::signal::quantisation_step;
 use sindyscope_core::simulate::Output;
+use sindyscope_core::study::Cancel;
 use sindyscope_values::term::{Layout, Term, list};
 
 fn setting(masses: usize, base_excited: bool) -> EffectSetting {
@@ -215,7 +216,8 @@ fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
         let noise: f64 = StandardNormal.sample(&mut random);
         *e += 1e-3 * noise;
     }
-    let found = smooth(&oscillator, &[&left], Sensing { period: 1.0, outputs: &SHOWN, reach: &[1.0] }).pop().unwrap();
+    let seen = Sensing { period: 1.0, outputs: &SHOWN, reach: &[1.0] };
+    let found = smooth(&oscillator, &[&left], seen, &Cancel::default()).unwrap().pop().unwrap();
     let deviation = |k: usize| (found.force[0][k] - force[k]) / found.force_deviation[0][k];
     // Errors of neighbouring samples go together over some ten: 4000 samples tell their size to about 4 %; the
     // intensity is taken from steps of a quarter of a decade.
