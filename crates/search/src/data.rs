@@ -149,6 +149,7 @@ impl Data {
         let noises: Vec<f64> = (0..sensors.len()).map(|i| pooled_noise(&series[..fitted], i)).collect();
         let weights = weights(&series[..fitted], &noises);
         for s in &mut series {
+            check()?;
             s.weights.clone_from(&weights);
             s.noise = s.residual_noise();
         }
@@ -162,6 +163,7 @@ impl Data {
                 s.smoothed.states[i].as_slice().into()
             }
         };
+        check()?;
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a, 0)).total_cmp(&rms(&moved(b, 0))));
         let frequency = loudest
             .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
@@ -175,6 +177,7 @@ impl Data {
             let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
             motion_period(&all, series[0].interval, of_displacement(i))
         };
+        check()?;
         let period = (0..sensors.len()).filter_map(period_of).reduce(f64::min).unwrap_or_else(|| frequency.recip());
         let (fit_part, held_part) = series.split_at_mut(fitted);
         for part in [fit_part, held_part] {
@@ -182,6 +185,7 @@ impl Data {
         }
         let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
         let shown_unit = unit(sensors[0]);
+        check()?;
         let coarse = coarse_steps(&series[..fitted], &noises);
         if let Some((i, step)) = coarse {
             let step = format_si(step, &unit(sensors[i]), 3);

@@ -1,6 +1,6 @@
 //! The one comparison that decides what is named.
 //!
-//! Each set of effects predicts blocks of data that its fit did not see, each from a state estimated over the period before.
+//! Each set of effects predicts blocks of data that its fit did not see, each from a state estimated over what lies before it.
 //! A block's error is scored by Student's log density (no block may own the sum) with a scale that the set learnt on its own
 //! fitted blocks: a model that is wrong knows it by its scale. Of two sets the differences of the blocks are paired; one beats
 //! the other where their sum is more than [`Constants::lead`] and stays positive over resampled blocks.
@@ -17,7 +17,7 @@ use super::columns::MotionPath;
 use super::constants::{Constants, QUANTILE};
 use super::data::{Data, RecordSeries};
 use super::effects::Form;
-use super::fit::{Fitted, Followed};
+use super::fit::{Fitted, Followed, WHOLE};
 use super::outcome::Lead;
 use super::structure::Composition;
 use sindyscope_core::refine::{FitOptions, Point, Run, refine, residuals_beside_jumps};
@@ -210,9 +210,11 @@ impl Data {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         let begun = self.begun(fitted);
+        let before = self.before_a_block(fitted);
         let of = |shared: &[f64], run: &Run| {
             let along = self.series.iter().zip(&begun).find(|(s, _)| Arc::ptr_eq(&s.grid, &run.grid));
-            self.predicted(composition, shared, (run, along.and_then(|(_, begun)| begun.as_ref())), cancel)
+            let begun = along.and_then(|(_, begun)| begun.as_ref());
+            self.predicted(composition, shared, (run, begun, before), cancel)
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
@@ -265,13 +267,20 @@ impl Data {
         self.constants.block_length(self.period, unseen)
     }
 
-    /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over the period
-    /// before it, from where the model is along the record if that is known.
+    /// Time that a block's state is estimated over, s. Over a period alone it is as uncertain as the noise, which hides what an effect
+    /// of the noise's size does; where a model follows whole records, as much is taken as is predicted. Where masses rest their
+    /// state has jumps, and what is long past says nothing of it.
+    fn before_a_block(&self, fitted: &Fitted) -> f64 {
+        if fitted.level == WHOLE && !self.rests() { self.block().max(self.period) } else { self.period }
+    }
+
+    /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over so long a time, s,
+    /// before it, or what there is, from where the model is along the record if that is known.
     fn predicted(
         &self,
         composition: &Composition,
         shared: &[f64],
-        (record, begun): (&Run, Option<&Begun>),
+        (record, begun, before): (&Run, Option<&Begun>, f64),
         cancel: &Cancel,
     ) -> Vec<Vec<f64>> {
         let n = record.range.len();
@@ -281,13 +290,14 @@ impl Data {
         let length = block.min(record.range.end - first).max(1);
         let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
+        let lead_in = ((before / record.grid.interval()) as usize).max(period);
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
         let steps = self.constants.few_steps();
         let frozen = FitOptions { frozen: true, driven: true, ..self.options(&cancelled, steps, None) };
         let part = |range: std::ops::Range<usize>| Run { record: 0, ..record.part(range) };
         let attempt = |spans: &[(usize, usize)]| -> Option<Vec<Vec<f64>>> {
-            let before: Vec<Run> = spans.iter().map(|(a, _)| part(a - period..*a)).collect();
+            let before: Vec<Run> = spans.iter().map(|(a, _)| part(a.saturating_sub(lead_in)..*a)).collect();
             let mut start = Point::new(composition, &before, shared.to_vec(), true);
             if let Some((path, offsets)) = begun {
                 for (own, run) in start.own.iter_mut().zip(&before) {
@@ -297,12 +307,13 @@ impl Data {
                 start.offsets.iter_mut().zip(offsets).for_each(|(start, there)| *start = *there);
             }
             let found = refine(composition, &before, &start, frozen)?;
-            let whole: Vec<Run> = spans.iter().map(|(a, b)| part(a - period..*b)).collect();
+            let whole: Vec<Run> = spans.iter().map(|(a, b)| part(a.saturating_sub(lead_in)..*b)).collect();
             let errors = residuals_beside_jumps(composition, &whole, &found.point, frozen)?;
-            let of_block = |(run, errors): (&Run, Vec<f64>)| {
-                errors.chunks(run.range.len()).flat_map(|sensor| sensor[period..].iter().copied()).collect()
+            let of_block = |((run, before), errors): ((&Run, &Run), Vec<f64>)| {
+                let seen = before.range.len();
+                errors.chunks(run.range.len()).flat_map(|sensor| sensor[seen..].iter().copied()).collect()
             };
-            Some(whole.iter().zip(errors).map(of_block).collect())
+            Some(whole.iter().zip(&before).zip(errors).map(of_block).collect())
         };
         // Where one block runs away, the others are predicted without it.
         attempt(&spans).unwrap_or_else(|| {

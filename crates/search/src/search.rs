@@ -163,6 +163,9 @@ impl Search {
                 }
             }
         }
+        if cancel.is_cancelled() {
+            return Err(GapError::Cancelled);
+        }
         let audit = data.audit();
         let mut base = Composition::new(data.layout, terms);
         base.passive = !data.self_sustained;
