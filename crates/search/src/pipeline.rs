@@ -588,7 +588,7 @@ impl Search {
         let refined = &*fitted.refined;
         let least = self.data.constants.amplitude_errors;
         let inflation = self.inflation(fitted);
-        let Parameters { coefficients: values, inner } = &fitted.parameters;
+        let inner = &fitted.parameters.inner;
         let positions = fitted.composition.positions();
         let places = fitted.composition.places(inner);
         let mut unshifted = refined.point.clone();
@@ -598,10 +598,10 @@ impl Search {
             return Some("its size cannot be told from zero".to_owned());
         }
         for (index, form) in fitted.composition.forms.iter().enumerate() {
-            let own: Vec<usize> = places[index].clone().map(|k| positions.coefficients[k]).collect();
+            let own = places[index].clone().map(|k| positions.coefficients[k]);
+            let given = &positions.inner.forms[index];
             let mut open = Vec::new();
-            for ((coefficient, k), position) in form.coefficients.iter().zip(places[index].clone()).zip(own) {
-                let error = refined.std_error(position).map(|e| e * inflation.sqrt());
+            for (coefficient, position) in form.coefficients.iter().zip(own) {
                 if coefficient.sign == Direction::Any {
                     open.push(position);
                 } else if refined.at_bound[position] {
@@ -609,11 +609,11 @@ impl Search {
                         "its {} comes out zero: to help it would have to act the wrong way round",
                         coefficient.name
                     ));
-                } else if values[k].abs() < least * error.unwrap_or(0.0) {
+                } else if size(refined, &[position], given) < least * least * inflation {
                     return Some(format!("its {} cannot be told from zero", coefficient.name));
                 }
             }
-            if !open.is_empty() && size(refined, &open) < least * least * inflation * open.len() as f64 {
+            if !open.is_empty() && size(refined, &open, given) < least * least * inflation * open.len() as f64 {
                 return Some("its size cannot be told from zero".to_owned());
             }
             for ((quantity, value), position) in
@@ -673,13 +673,28 @@ impl Composition {
     }
 }
 
-/// Wald's statistic of parameters that are zero without an effect; infinite where the fit gives no covariance.
-fn size(refined: &Refined, places: &[usize]) -> f64 {
-    let n = places.len();
-    if places.iter().any(|k| *k >= refined.covariance.nrows()) {
-        return f64::INFINITY;
+/// Covariance of amplitudes where the inner quantities of their effect are as they were found: without the effect they are
+/// nothing, and how far they are in doubt says nothing against its being there (R. Davies, Biometrika 74 (1987) 33). None where
+/// the fit gives no covariance.
+fn covariance_given(refined: &Refined, places: &[usize], given: &[usize]) -> Option<DMatrix<f64>> {
+    let all = &refined.covariance;
+    if places.iter().any(|k| *k >= all.nrows()) {
+        return None;
     }
-    let covariance = DMatrix::from_fn(n, n, |i, j| refined.covariance[(places[i], places[j])]);
-    let values = DVector::from_iterator(n, places.iter().map(|k| refined.point.shared[*k]));
-    covariance.cholesky().map_or(f64::INFINITY, |c| values.dot(&c.solve(&values)))
+    let part = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| all[(rows[i], columns[j])])
+    };
+    let given: Vec<usize> = given.iter().copied().filter(|k| refined.std_error(*k).is_some_and(|e| e > 0.0)).collect();
+    let covariance = part(places, places);
+    let across = part(&given, places);
+    let known = part(&given, &given).cholesky().map(|c| across.transpose() * c.solve(&across));
+    Some(known.map_or_else(|| covariance.clone(), |known| &covariance - known))
+}
+
+/// Wald's statistic of amplitudes that are zero without an effect of these inner quantities; infinite where the fit gives no
+/// covariance.
+fn size(refined: &Refined, places: &[usize], given: &[usize]) -> f64 {
+    let values = DVector::from_iterator(places.len(), places.iter().map(|k| refined.point.shared[*k]));
+    let factor = covariance_given(refined, places, given).and_then(DMatrix::cholesky);
+    factor.map_or(f64::INFINITY, |c| values.dot(&c.solve(&values)))
 }
