@@ -285,6 +285,15 @@ fn what_a_velocity_shows_of_a_weak_damper_is_not_called_a_delay() {
 }
 
 #[test]
+fn a_relaxation_whose_time_is_in_doubt_is_not_refused_for_it() {
+    // Its amplitude goes with its time: with that free it is less than three errors from zero, and a delay was named in its place.
+    let relaxation = [vec!["viscoelastic_relaxation".to_owned()]];
+    let velocity = Instruments { shown: SensedMotion::Velocity, ..white(0.01) };
+    let found = run(&cases(&relaxation, &[ExcitationKind::Multisine], &[velocity], 0..1)[0]).unwrap();
+    assert!(found.top(1) && !found.named_wrong(), "{:?}: {:?} or {:?}", found.verdict, found.steps, found.others);
+}
+
+#[test]
 fn by_accelerations_alone_friction_between_two_masses_is_not_taken_for_static_friction() {
     // A state that is estimated without the model lies beyond stops that no slope leads across.
     assert!(draw(2, SensedMotion::Acceleration, false, 8) == Some(Found::Right));
