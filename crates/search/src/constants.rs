@@ -113,8 +113,9 @@ macro_rules! constants {
 constants! {
     // --- what is told from what
 
-    /// Distance of each amplitude of a set from zero, at least; the error is inflated by the residual's correlation. A joint's two
-    /// forces contradict its springs if they are as far from what these say.
+    /// Distance of each amplitude of a set from zero, at least; the error is inflated by the residual's correlation, and taken with the
+    /// effect's inner quantities as they were found. A joint's two forces contradict its springs if they are as far from what
+    /// these say.
     amplitude_errors: f64 = 3.0, POSITIVE, "standard errors", "one amplitude in four hundred that is none passes";
     /// Sum of differences of log densities by which a set beats another, at least.
     lead: f64 = 5.0, POSITIVE, "nats", "a study in which values from 0 to 8 differ by two verdicts of 174";
