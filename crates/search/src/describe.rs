@@ -89,8 +89,7 @@ impl Search {
         let beside = beside.into_iter().map(|e| e.choice.effect.clone()).collect();
         let scores = self.record_scores(&fitted, cancel);
         let plain = self.fit_of(base, cancel)?;
-        let curve = self.data.motion(&plain, cancel).map(|motion| self.described_curve((&plain, &fitted), &motion));
-        let curve = curve.unwrap_or_default();
+        let curve = self.described_curve((&plain, &fitted), &self.motion(&plain, &base.choices(), cancel)?);
         Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence }))
     }
 

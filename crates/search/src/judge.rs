@@ -210,11 +210,11 @@ impl Data {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         let begun = self.begun(fitted);
-        let before = self.before_a_block(fitted);
+        let lead_in = self.lead_in(fitted);
         let of = |shared: &[f64], run: &Run| {
             let along = self.series.iter().zip(&begun).find(|(s, _)| Arc::ptr_eq(&s.grid, &run.grid));
             let begun = along.and_then(|(_, begun)| begun.as_ref());
-            self.predicted(composition, shared, (run, begun, before), cancel)
+            self.predicted(composition, shared, (run, begun, lead_in), cancel)
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
@@ -270,7 +270,7 @@ impl Data {
     /// Time that a block's state is estimated over, s. Over a period alone it is as uncertain as the noise, which hides what an effect
     /// of the noise's size does; where a model follows whole records, as much is taken as is predicted. Where masses rest their
     /// state has jumps, and what is long past says nothing of it.
-    fn before_a_block(&self, fitted: &Fitted) -> f64 {
+    fn lead_in(&self, fitted: &Fitted) -> f64 {
         if fitted.level == WHOLE && !self.rests() { self.block().max(self.period) } else { self.period }
     }
 
@@ -280,7 +280,7 @@ impl Data {
         &self,
         composition: &Composition,
         shared: &[f64],
-        (record, begun, before): (&Run, Option<&Begun>, f64),
+        (record, begun, lead_in): (&Run, Option<&Begun>, f64),
         cancel: &Cancel,
     ) -> Vec<Vec<f64>> {
         let n = record.range.len();
@@ -290,7 +290,7 @@ impl Data {
         let length = block.min(record.range.end - first).max(1);
         let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
-        let lead_in = ((before / record.grid.interval()) as usize).max(period);
+        let lead_in = ((lead_in / record.grid.interval()) as usize).max(period);
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
         let steps = self.constants.few_steps();

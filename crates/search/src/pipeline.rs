@@ -688,7 +688,10 @@ fn covariance_given(refined: &Refined, places: &[usize], given: &[usize]) -> Opt
     let covariance = part(places, places);
     let across = part(&given, places);
     let known = part(&given, &given).cholesky().map(|c| across.transpose() * c.solve(&across));
-    Some(known.map_or_else(|| covariance.clone(), |known| &covariance - known))
+    Some(match known {
+        Some(known) => covariance - known,
+        None => covariance,
+    })
 }
 
 /// Wald's statistic of amplitudes that are zero without an effect of these inner quantities; infinite where the fit gives no

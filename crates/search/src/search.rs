@@ -488,7 +488,6 @@ impl Search {
         tell(Progress::Step("Estimating the missing force", 0.0));
         let motion = self.motion(&before, &stage.choices(), cancel)?;
         let check = || if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(()) };
-        check()?;
         let place = data.place(&before.by_record(&before.refined.residuals), &motion);
         tell(Progress::Place(Box::new(place.clone())));
         let forms = self.forms(&before, &motion);
