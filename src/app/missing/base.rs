@@ -99,7 +99,7 @@ pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, data: &OpenRecord
     let combo = egui::ComboBox::from_id_salt("base model").width(width).selected_text(label(&edit.walk.base));
     let combo = combo.show_ui(ui, |ui| {
         let walk = &edit.walk;
-        if ui.selectable_label(walk.base == Base::Linear, "linear spring and damper").clicked() {
+        if ui.selectable_label(walk.base == Base::Linear, label(&Base::Linear)).clicked() {
             chosen = Some(Base::Linear);
         }
         let second = data.outcome.as_ref().is_some_and(|o| o.model.layout.kind == Kind::SecondOrder);
@@ -152,7 +152,7 @@ pub(super) fn choice(ui: &mut Ui, typing: &mut Option<String>, data: &OpenRecord
 /// What a base is called.
 pub(super) fn label(base: &Base) -> &'static str {
     match base {
-        Base::Linear => "linear spring and damper",
+        Base::Linear => "linear spring and damper, as needed",
         Base::Identified => "the identified equation",
         Base::Typed(_) => "typed terms",
     }

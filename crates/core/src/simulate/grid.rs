@@ -34,13 +34,25 @@ struct Jets {
     orders: [Vec<f64>; 4],
 }
 
-/// Weights by which the jets at both ends of an interval give value, first and second derivative at one place inside.
-#[derive(Clone, Copy, Debug, Default)]
+/// Weights by which the jets at both ends of an interval give value, first and second derivative at one place inside: for a place
+/// that many intervals are asked at.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     /// Place in the interval, 0 to 1.
     pub(super) place: f64,
     weights: [[f64; 8]; 3],
 }
+
+/// What a right side takes from outside, along one interval: polynomials of degree 7 in the place there, 0 to 1, for an interval that is
+/// asked at many places.
+#[derive(Clone, Debug, Default)]
+pub(super) struct IntervalPolynomials {
+    sample: Option<usize>,
+    polynomials: Vec<Polynomial>,
+}
+
+/// Coefficients, from the constant on.
+type Polynomial = [f64; 8];
 
 /// Poles of the recursive filter that turns samples into coefficients of B-splines of degree 7.
 const POLES: [f64; 3] = [-0.535_280_430_796_438_2, -0.122_554_615_192_326_69, -0.009_148_694_809_608_277];
@@ -126,7 +138,7 @@ impl InputGrid {
         let shifted = |input: usize, order: usize| -> Vec<f64> {
             let at = |k: usize| {
                 let (sample, place) = self.place(self.time(k) - delays.delay(input));
-                self.one(input, order, sample, &Node::new(place, order))
+                value_at(&self.polynomial(input, order, sample), place)
             };
             (0..self.samples).map(at).collect()
         };
@@ -192,12 +204,7 @@ impl InputGrid {
     /// An input's value, first and second derivative at a time, s; times outside the record are moved to its ends.
     pub fn at(&self, input: usize, time: f64) -> [f64; 3] {
         let (sample, place) = self.place(time);
-        let node = Node::new(place, 2);
-        let mut value = [0.0; 3];
-        for (order, value) in value.iter_mut().enumerate() {
-            *value = self.one(input, order, sample, &node);
-        }
-        value
+        [0, 1, 2].map(|order| value_at(&self.polynomial(input, order, sample), place))
     }
 
     /// The interval that a time lies in and the place there, 0 to 1; times outside the record are moved to its ends.
@@ -220,19 +227,34 @@ impl InputGrid {
         Some((jets, derivative, [1.0, self.interval.recip(), self.interval.powi(-2)][derivative.min(2)]))
     }
 
-    /// Derivative `order` (0 to 2) of an input at a node of the interval after `sample`.
-    fn one(&self, input: usize, order: usize, sample: usize, node: &Node) -> f64 {
-        let Some((jets, derivative, scale)) = self.source(input, order) else { return 0.0 };
-        if node.place == 0.0 {
-            return jets.orders[derivative][sample] * scale;
+    /// Derivative `order` (0 to 2) of an input along the interval after `sample`.
+    fn polynomial(&self, input: usize, order: usize, sample: usize) -> Polynomial {
+        let Some((jets, derivative, scale)) = self.source(input, order) else { return [0.0; 8] };
+        let [a0, a1, a2, a3] = jets.orders.each_ref().map(|series| series[sample]);
+        // Beyond the last sample there is nothing: its interval is asked for at its beginning alone.
+        let [b0, b1, b2, b3] = jets.orders.each_ref().map(|series| series.get(sample + 1).copied().unwrap_or(0.0));
+        // What Taylor's polynomial of the left end misses at the right end, in value and derivatives: small, so that nothing is lost by rounding.
+        let r0 = b0 - (a0 + a1 + a2 / 2.0 + a3 / 6.0);
+        let r1 = b1 - (a1 + a2 + a3 / 2.0);
+        let r2 = b2 - (a2 + a3);
+        let r3 = b3 - a3;
+        let mut polynomial = [
+            a0,
+            a1,
+            a2 / 2.0,
+            a3 / 6.0,
+            35.0 * r0 - 15.0 * r1 + 2.5 * r2 - r3 / 6.0,
+            -84.0 * r0 + 39.0 * r1 - 7.0 * r2 + r3 / 2.0,
+            70.0 * r0 - 34.0 * r1 + 6.5 * r2 - r3 / 2.0,
+            -20.0 * r0 + 10.0 * r1 - 2.0 * r2 + r3 / 6.0,
+        ];
+        for _ in 0..derivative {
+            for power in 0..7 {
+                polynomial[power] = (power + 1) as f64 * polynomial[power + 1];
+            }
+            polynomial[7] = 0.0;
         }
-        let mut sum = 0.0;
-        for (weights, series) in node.weights[derivative].as_chunks::<2>().0.iter().zip(&jets.orders) {
-            // Beyond the last sample there is nothing: its interval is asked for at its beginning alone.
-            let [a, b] = [series[sample], series.get(sample + 1).copied().unwrap_or(0.0)];
-            sum += weights[0] * a + weights[1] * b;
-        }
-        scale * sum
+        polynomial.map(|c| c * scale)
     }
 
     /// Writes derivative `order` (0 to 2) of an input at one node of some intervals to every `stride`-th of `out`.
@@ -402,24 +424,45 @@ pub(super) fn fill_lanes(
     }
 }
 
-/// Fills one lane a node, from `lane` on, with instants of the interval after `sample`.
-pub(super) fn fill_instants(
-    grid: &InputGrid,
-    symbols: &[(usize, External)],
-    memory: &mut [f64],
-    lane: usize,
-    sample: usize,
-    nodes: &[Node],
-) {
-    for (address, symbol) in symbols {
-        let lanes = &mut memory[address * LANES..][lane..LANES];
-        for (node, lane) in nodes.iter().zip(lanes) {
-            *lane = match *symbol {
-                External::Time => grid.start + grid.interval * (sample as f64 + node.place),
-                External::Input(input, order) => grid.one(input, order, sample, node),
-            };
+impl IntervalPolynomials {
+    /// Forgets the interval: other symbols or another grid follow.
+    pub(super) fn clear(&mut self) {
+        self.sample = None;
+    }
+
+    /// Fills one lane a place, from `lane` on, with instants of the interval after `sample`.
+    pub(super) fn fill(
+        &mut self,
+        grid: &InputGrid,
+        symbols: &[(usize, External)],
+        memory: &mut [f64],
+        lane: usize,
+        sample: usize,
+        places: &[f64],
+    ) {
+        if self.sample != Some(sample) {
+            self.sample = Some(sample);
+            self.polynomials.clear();
+            self.polynomials.extend(symbols.iter().map(|(_, symbol)| match *symbol {
+                External::Time => [grid.time(sample), grid.interval, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                External::Input(input, order) => grid.polynomial(input, order, sample),
+            }));
+        }
+        for ((address, _), polynomial) in symbols.iter().zip(&self.polynomials) {
+            let lanes = &mut memory[address * LANES..][lane..LANES];
+            for (place, lane) in places.iter().zip(lanes) {
+                *lane = value_at(polynomial, *place);
+            }
         }
     }
+}
+
+/// The value of a polynomial, in pairs, so that one product need not wait for the other (G. Estrin 1960).
+#[inline]
+fn value_at(c: &Polynomial, s: f64) -> f64 {
+    let s2 = s * s;
+    let (low, high) = ((c[0] + c[1] * s) + (c[2] + c[3] * s) * s2, (c[4] + c[5] * s) + (c[6] + c[7] * s) * s2);
+    low + high * (s2 * s2)
 }
 
 fn fill(grid: &InputGrid, symbol: External, intervals: Range<usize>, node: &Node, lanes: &mut [f64], stride: usize) {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::equations::Equations;
-use super::grid::{InputGrid, Node, fill_instants, fill_lanes};
+use super::grid::{InputGrid, Node, fill_lanes};
 use super::switching::{MAX_CHANGES, Side};
 use super::{Limits, Response, Workspace};
 use sindyscope_values::term::LANES;
@@ -118,6 +118,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         work.drive.clear();
         work.drive.resize(LANES * N, 0.0);
         work.nodes.resize(LEVELS.len(), Vec::new());
+        work.interval.clear();
         work.sliding.clear();
         work.sides.clear();
         work.sides.resize(equations.surfaces.len(), Side::default());
@@ -164,7 +165,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         if sample == last && !limits.rates {
             return;
         }
-        self.instants(sample, &[Node::new(0.0, self.equations.derivatives)]);
+        self.instants(sample, &[0.0]);
         self.begin(SINGLE_LANE, self.grid.time(sample), response);
         self.store_rates(response);
         while sample < last {
@@ -358,10 +359,11 @@ impl<'a, const N: usize> Machine<'a, N> {
         self.evaluate_forcing(lanes);
     }
 
-    /// Computes the forcing at nodes of one interval, from lane [`SINGLE_LANE`] on.
-    fn instants(&mut self, sample: usize, nodes: &[Node]) {
-        fill_instants(self.grid, &self.equations.externals, &mut self.work.forcing, SINGLE_LANE, sample, nodes);
-        self.evaluate_forcing(SINGLE_LANE..SINGLE_LANE + nodes.len());
+    /// Computes the forcing at places in one interval, from lane [`SINGLE_LANE`] on.
+    fn instants(&mut self, sample: usize, places: &[f64]) {
+        let Workspace { interval, forcing, .. } = &mut *self.work;
+        interval.fill(self.grid, &self.equations.externals, forcing, SINGLE_LANE, sample, places);
+        self.evaluate_forcing(SINGLE_LANE..SINGLE_LANE + places.len());
     }
 
     fn evaluate_forcing(&mut self, lanes: Range<usize>) {
@@ -380,11 +382,11 @@ impl<'a, const N: usize> Machine<'a, N> {
         let place = |share: f64| span.from + share * (span.to - span.from);
         let (from, to) = (place(from), place(to));
         let places = LEVELS[self.level].0.places();
-        let mut nodes = [Node::default(); 5];
-        for (node, c) in nodes.iter_mut().zip(places.iter().chain(&[1.0])) {
-            *node = Node::new(from + c * (to - from), self.equations.derivatives);
+        let mut instants = [0.0; 5];
+        for (instant, c) in instants.iter_mut().zip(places.iter().chain(&[1.0])) {
+            *instant = from + c * (to - from);
         }
-        self.instants(span.sample, &nodes[..=places.len()]);
+        self.instants(span.sample, &instants[..=places.len()]);
         let length = span.length * (to - from) / (span.to - span.from);
         Substep { lane: SINGLE_LANE, end: SINGLE_LANE + places.len(), length, sample: span.sample, from, to }
     }

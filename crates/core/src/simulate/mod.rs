@@ -32,7 +32,7 @@ pub use initial::{InitialState, fit_initial_state};
 pub use output::Output;
 
 use equations::Equations;
-use grid::Node;
+use grid::{IntervalPolynomials, Node};
 use integrate::Machine;
 use sindyscope_values::model::{ImplicitError, Model};
 use sindyscope_values::term::{Expression, Layout, Slots};
@@ -172,6 +172,8 @@ pub struct Workspace {
     columns: Vec<f64>,
     /// Nodes of each level of division, made when first used.
     nodes: Vec<Vec<Node>>,
+    /// What comes from outside in the interval that was looked into last.
+    interval: IntervalPolynomials,
 }
 
 impl Simulator {
