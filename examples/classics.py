@@ -35,6 +35,7 @@ SYSTEMS = {
     "pendulum": ({"sin(x)", "v", "u"}, {"pendulum_restoring"}, "x, v, u", 1.15),
     "friction-multisine": ({"x", "v", "sgn(v)", "u", "du"}, {"coulomb_friction"}, "x, v, u, du", 0.001),
     "mathieu": (None, {"parametric_stiffness", "cubic_stiffness"}, "x, v", 0.1),
+    "parametric-pendulum": (None, {"parametric_stiffness", "pendulum_restoring"}, "x, v", 0.5),
     "belt": (None, {"belt_friction"}, "x, v", 1.0),
     "hard-stop": (None, {"one_sided_stop"}, "x, v, u", 0.1),
     "freeplay": (None, {"clearance"}, "x, v, u", 0.15),

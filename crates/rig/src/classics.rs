@@ -76,6 +76,21 @@ static MATHIEU: PlantKind = PlantKind {
     units: FORCED,
 };
 
+/// `θ̈ + cθ̇ + (a + b cos ωt) sin θ = u`: a pendulum whose pivot moves up and down.
+static PUMPED_PENDULUM: PlantKind = PlantKind {
+    parameters: &[
+        parameter("a", 1.0, "1/s^2", "gravity over length"),
+        parameter("b", 0.4, "1/s^2", "acceleration of the pivot over length"),
+        parameter("omega", 2.0, "rad/s", "angular frequency of the pivot"),
+        parameter("c", 0.1, "1/s", "damping"),
+    ],
+    build: |p| {
+        let pulsating = (Expression::from(Symbol::Time) * p[2]).cos() * x().sin();
+        smooth([(x().sin(), -p[0]), (pulsating, -p[1]), (v(), -p[3]), (u(), 1.0)])
+    },
+    units: ("rad", "rad/s^2"),
+};
+
 /// A mass on a spring that a belt drags along, with friction that falls with the speed across the contact.
 static BELT: PlantKind = PlantKind {
     parameters: &[
@@ -219,7 +234,7 @@ const HYSTERESIS: Scenario = Scenario {
 };
 
 /// The scenarios.
-pub(super) static CLASSICS: [Scenario; 17] = [
+pub(super) static CLASSICS: [Scenario; 18] = [
     Scenario {
         // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
         name: "double-well",
@@ -283,6 +298,16 @@ pub(super) static CLASSICS: [Scenario; 17] = [
         duration: 150.0,
         amplitude: 0.1,
         plant: &MATHIEU,
+        ..TONE
+    },
+    Scenario {
+        // A. Stephenson, Phil. Mag. 15 (1908) 233: a pivot that moves up and down.
+        name: "parametric-pendulum",
+        summary: "a pendulum whose pivot moves up and down at twice its frequency (parametric resonance)",
+        excitation_kind: ScenarioExcitation::Release,
+        duration: 100.0,
+        amplitude: 0.5,
+        plant: &PUMPED_PENDULUM,
         ..TONE
     },
     Scenario {

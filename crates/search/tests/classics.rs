@@ -24,6 +24,7 @@ const LONG: &[Classic] = &[
     ("rayleigh", 0.8, "x, v, u", &["cubic_damping"]),
     ("friction-multisine", 0.001, "x, v, u, du", &["coulomb_friction"]),
     ("mathieu", 0.1, "x, v", &["cubic_stiffness", "parametric_stiffness"]),
+    ("parametric-pendulum", 0.5, "x, v", &["parametric_stiffness", "pendulum_restoring"]),
     ("belt", 1.0, "x, v", &["belt_friction"]),
     ("hard-stop", 0.1, "x, v, u", &["one_sided_stop"]),
     ("freeplay", 0.15, "x, v, u", &["clearance"]),

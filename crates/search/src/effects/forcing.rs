@@ -233,14 +233,13 @@ fn harmonics(setting: &EffectSetting, forms: &mut Vec<Form>) {
         });
     }
     for frame in setting.springs().into_iter().filter(|_| !setting.pulsations.is_empty()) {
-        let there = frame.clone();
-        forms.push(Form {
+        let pulsating = |words: &str, restoring: Expression| Form {
             effect: "parametric_stiffness",
             title: "Parametric stiffness",
-            explanation: "The spring's stiffness pulsates at a frequency of its own.",
+            explanation: "The spring's stiffness pulsates at a frequency of its own, or the pivot of a pendulum moves up and down.",
             separates: "another frequency of excitation: the sidebands move with it",
-            formula: r"(k_{p,\cos}\cos 2\pi f t+k_{p,\sin}\sin 2\pi f t)\,r",
-            form: frame.form,
+            formula: r"(k_{p,\cos}\cos 2\pi f t+k_{p,\sin}\sin 2\pi f t)\,r\quad\text{or}\quad (\ldots)\,\sin r",
+            form: with_words(&frame.form, words),
             site: Some(frame.site),
             coefficients: vec![spring("k_p cos", 0), spring("k_p sin", 0)],
             inner: vec![frequencies(&setting.pulsations)],
@@ -248,11 +247,13 @@ fn harmonics(setting: &EffectSetting, forms: &mut Vec<Form>) {
             axis: ForceAxis::Time,
             build: shared(move |inner| {
                 let phase = || phase(inner[0]);
-                Addition {
-                    terms: vec![Term::new(there.r() * phase().cos()), Term::new(there.r() * phase().sin())],
-                    ..Addition::default()
-                }
+                let term = |wave: Expression| Term::new(restoring.clone() * wave);
+                Addition { terms: vec![term(phase().cos()), term(phase().sin())], ..Addition::default() }
             }),
-        });
+        };
+        forms.push(pulsating("", frame.r()));
+        if setting.swings(&frame) {
+            forms.push(pulsating("of a pendulum", frame.r().sin()));
+        }
     }
 }

@@ -580,6 +580,11 @@ impl EffectSetting {
         self.frames.last().map(|f| Frame { form: String::new(), ..f.clone() }).into_iter().collect()
     }
 
+    /// True if the motion of a frame may be that of a pendulum: an angle, and so large that its sine differs from it.
+    fn swings(&self, frame: &Frame) -> bool {
+        matches!(self.unit.as_str(), "rad" | "") && frame.reach >= 0.05
+    }
+
     /// Each mass by itself.
     fn each_mass(&self) -> Vec<Frame> {
         let alone = self.masses() == 1;

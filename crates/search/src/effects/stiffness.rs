@@ -204,10 +204,9 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
 }
 
 fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
-    let angle = matches!(setting.unit.as_str(), "rad" | "");
     for frame in setting.springs() {
         let spring = Term::new(frame.r());
-        if !angle || frame.reach < 0.05 || !setting.has(&spring, frame.site) {
+        if !setting.swings(&frame) || !setting.has(&spring, frame.site) {
             continue;
         }
         forms.push(Form {
