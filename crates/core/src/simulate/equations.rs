@@ -30,8 +30,6 @@ pub(super) struct Equations {
     pub(super) has_curved: bool,
     /// Symbols from outside that are used, with their slots.
     pub(super) externals: Vec<(usize, External)>,
-    /// The highest derivative of an input among them.
-    pub(super) derivatives: usize,
     /// Of these, the slots that `rest` or `curved` reads.
     pub(super) copied: Vec<usize>,
     /// Largest magnitude of a sticking sign, at least 1.
@@ -261,7 +259,6 @@ impl<'a> EquationSplit<'a> {
             has_curved: surfaces.iter().any(|s| s.curved.is_some()),
             surfaces,
             curved,
-            derivatives: all.iter().map(|(_, e)| e.derivative()).max().unwrap_or_default(),
             externals: all,
             copied: inner.into_iter().map(|(address, _)| address).collect(),
             hold,

@@ -209,8 +209,8 @@ impl InputGrid {
 
     /// The interval that a time lies in and the place there, 0 to 1; times outside the record are moved to its ends.
     fn place(&self, time: f64) -> (usize, f64) {
-        let last = self.samples.saturating_sub(2);
-        let position = ((time - self.start) / self.interval).clamp(0.0, self.samples.saturating_sub(1) as f64);
+        let last = self.samples.saturating_sub(1);
+        let position = ((time - self.start) / self.interval).clamp(0.0, last as f64);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the record")]
         let sample = (position as usize).min(last);
         (sample, position - sample as f64)
@@ -293,11 +293,11 @@ impl InputGrid {
 }
 
 impl Node {
-    /// The node at a place in the interval, 0 to 1, for the value and its first `derivatives` derivatives (at most 2).
-    pub(super) fn new(place: f64, derivatives: usize) -> Self {
+    /// The node at a place in the interval, 0 to 1, for the value and its first two derivatives.
+    pub(super) fn new(place: f64) -> Self {
         let (left, right) = (powers(place), powers(1.0 - place));
         let mut weights = [[0.0; 8]; 3];
-        for (derivative, row) in weights.iter_mut().enumerate().take(1 + derivatives) {
+        for (derivative, row) in weights.iter_mut().enumerate() {
             for (order, polynomial) in HERMITE[derivative].iter().enumerate() {
                 let mirrored = if (order + derivative) % 2 == 0 { 1.0 } else { -1.0 };
                 let (mut at_left, mut at_right) = (0.0, 0.0);
@@ -479,14 +479,4 @@ pub(super) enum External {
     Time,
     /// Input, order of its derivative.
     Input(usize, usize),
-}
-
-impl External {
-    /// Order of the derivative.
-    pub(super) fn derivative(self) -> usize {
-        match self {
-            Self::Time => 0,
-            Self::Input(_, order) => order,
-        }
-    }
 }

@@ -351,7 +351,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         let (method, parts) = LEVELS[level];
         if self.work.nodes[level].is_empty() {
             let places = (0..parts).flat_map(|p| method.places().iter().map(move |c| (p as f64 + c) / parts as f64));
-            self.work.nodes[level] = places.map(|place| Node::new(place, self.equations.derivatives)).collect();
+            self.work.nodes[level] = places.map(Node::new).collect();
         }
         let nodes = &self.work.nodes[level];
         let lanes = 0..count * nodes.len() + 1;
