@@ -83,6 +83,8 @@ pub(super) struct Data {
     pub(super) stepped: bool,
     /// Without any input the motion keeps itself going: something gives it energy.
     pub(super) self_sustained: bool,
+    /// Every motion goes on as large as it has been for a while.
+    pub(super) settles: bool,
     /// Displacement that the data are counted from, where they were measured about another point than zero; else 0.
     pub(super) datum: f64,
     /// Main frequency of the fitted motion, Hz.
@@ -211,6 +213,7 @@ impl Data {
             noise,
             stepped: coarse.is_some(),
             self_sustained: still && sustained(&fitted_series),
+            settles: fitted_series.iter().all(|(_, values)| settles(values, noise)),
             datum: 0.0,
             frequency,
             period,
@@ -376,6 +379,17 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
             .map_or(0.0, |p| p.frequency * interval * values.len() as f64);
         lasts && periods > PERIODS
     })
+}
+
+/// What a motion is that has settled: it keeps this share of its middle third's RMS to its last third, well above the noise.
+const SETTLED: f64 = 0.95;
+const ABOVE_NOISE: f64 = 10.0;
+
+fn settles(values: &[f64], noise: f64) -> bool {
+    let third = values.len() / 3;
+    let spread = |part: &[f64]| mean_and_variance(part).1.sqrt();
+    let last = spread(&values[values.len() - third..]);
+    last > SETTLED * spread(&values[third..2 * third]) && last > ABOVE_NOISE * noise
 }
 
 /// Periods that a motion must last for that to be told.

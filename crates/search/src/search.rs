@@ -377,9 +377,8 @@ impl Search {
         let lead = data.lead(motion);
         let missing = motion.missing_of(lead);
         // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
-        // amplitude. Whether a stiffness pulsates another record tells, which begins elsewhere in the pulsation's period.
-        let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained;
-        let alone = data.fit().len() + data.held_out().len() == 1;
+        // amplitude.
+        let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained && !data.settles;
         let locked = |f: f64, times: f64| (f / (times * data.frequency) - 1.0).abs() < data.constants.locked;
         EffectSetting {
             base_excited: data.base_excited,
@@ -404,7 +403,7 @@ impl Search {
                 let products: Vec<Vec<f64>> =
                     (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
                 let mut lines = data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>());
-                lines.retain(|f| !(dies_away && alone && (locked(*f, 1.0) || locked(*f, 2.0))));
+                lines.retain(|f| !(dies_away && (locked(*f, 1.0) || locked(*f, 2.0))));
                 lines
             },
             interval: data.fit()[0].interval,

@@ -252,7 +252,7 @@ fn harmonics(setting: &EffectSetting, forms: &mut Vec<Form>) {
             }),
         };
         forms.push(pulsating("", frame.r()));
-        if setting.swings(&frame) {
+        if setting.swings(&frame, 0.5) {
             forms.push(pulsating("of a pendulum", frame.r().sin()));
         }
     }

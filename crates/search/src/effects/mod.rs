@@ -580,9 +580,10 @@ impl EffectSetting {
         self.frames.last().map(|f| Frame { form: String::new(), ..f.clone() }).into_iter().collect()
     }
 
-    /// True if the motion of a frame may be that of a pendulum: an angle, and so large that its sine differs from it.
-    fn swings(&self, frame: &Frame) -> bool {
-        matches!(self.unit.as_str(), "rad" | "") && frame.reach >= 0.05
+    /// True if the motion of a frame may be that of a pendulum: an angle that reaches so far that its sine differs from it, by 4 %
+    /// at half a radian, by 0.04 % at a twentieth.
+    fn swings(&self, frame: &Frame, least: f64) -> bool {
+        matches!(self.unit.as_str(), "rad" | "") && frame.reach >= least
     }
 
     /// Each mass by itself.

@@ -206,7 +206,7 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
 fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.springs() {
         let spring = Term::new(frame.r());
-        if !setting.swings(&frame) || !setting.has(&spring, frame.site) {
+        if !setting.swings(&frame, 0.05) || !setting.has(&spring, frame.site) {
             continue;
         }
         forms.push(Form {
