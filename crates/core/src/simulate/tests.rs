@@ -440,7 +440,8 @@ fn a_run_is_cancelled_and_a_part_of_a_record_is_run() {
 #[test]
 fn memory_may_serve_one_simulator_after_the_other() {
     let a = second(1, &[&[("x", -40.0), ("sgn(v)", -0.3), ("u", 1.0), ("x^3", -1.0)]]);
-    let b = second(1, &[&[("x*u", -40.0), ("sgn(v-du)", -0.3), ("|x|", -1.0)], &[("x2", -1.0), ("x", 1.0), ("du", 2.0)]]);
+    let b =
+        second(1, &[&[("x*u", -40.0), ("sgn(v-du)", -0.3), ("|x|", -1.0)], &[("x2", -1.0), ("x", 1.0), ("du", 2.0)]]);
     let u = sampled(0.01, 700, |t| (3.0 * t).sin());
     let grid = InputGrid::new(0.0, 0.01, 700, &[&u], None);
     let (mut workspace, mut response) = (Workspace::default(), Response::default());
