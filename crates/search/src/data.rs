@@ -381,6 +381,9 @@ fn sustained(records: &[(f64, Arc<[f64]>)]) -> bool {
     })
 }
 
+/// Periods that a motion must last for that to be told.
+const PERIODS: f64 = 5.0;
+
 /// What a motion is that has settled: it keeps this share of its middle third's RMS to its last third, well above the noise.
 const SETTLED: f64 = 0.95;
 const ABOVE_NOISE: f64 = 10.0;
@@ -391,9 +394,6 @@ fn settles(values: &[f64], noise: f64) -> bool {
     let last = spread(&values[values.len() - third..]);
     last > SETTLED * spread(&values[third..2 * third]) && last > ABOVE_NOISE * noise
 }
-
-/// Periods that a motion must last for that to be told.
-const PERIODS: f64 = 5.0;
 
 /// Noise of the sensor of a mass over several records.
 fn pooled_noise(series: &[RecordSeries], mass: usize) -> f64 {

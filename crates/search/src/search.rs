@@ -379,7 +379,13 @@ impl Search {
         // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
         // amplitude.
         let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained && !data.settles;
-        let locked = |f: f64, times: f64| (f / (times * data.frequency) - 1.0).abs() < data.constants.locked;
+        let locked = |f: &f64, times: &[f64]| {
+            times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < data.constants.locked)
+        };
+        let free = |mut lines: Vec<f64>, times: &[f64]| {
+            lines.retain(|f| !(dies_away && locked(f, times)));
+            lines
+        };
         EffectSetting {
             base_excited: data.base_excited,
             passive: fitted.composition.passive,
@@ -390,11 +396,7 @@ impl Search {
             derivatives: data.outputs[0].derivatives(),
             inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
             frequency: data.frequency,
-            lines: {
-                let mut lines = data.lines(&missing);
-                lines.retain(|f| !(dies_away && locked(*f, 1.0)));
-                lines
-            },
+            lines: free(data.lines(&missing), &[1.0]),
             pulsations: {
                 let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
                 let product = |r: usize, k: usize| {
@@ -402,9 +404,7 @@ impl Search {
                 };
                 let products: Vec<Vec<f64>> =
                     (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
-                let mut lines = data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>());
-                lines.retain(|f| !(dies_away && (locked(*f, 1.0) || locked(*f, 2.0))));
-                lines
+                free(data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>()), &[1.0, 2.0])
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
