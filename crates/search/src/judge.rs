@@ -210,11 +210,11 @@ impl Data {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         let begun = self.begun(fitted);
-        let lead_in = self.lead_in(fitted);
+        let long = self.is_led_in_for_long(fitted);
         let of = |shared: &[f64], run: &Run| {
             let along = self.series.iter().zip(&begun).find(|(s, _)| Arc::ptr_eq(&s.grid, &run.grid));
             let begun = along.and_then(|(_, begun)| begun.as_ref());
-            self.predicted(composition, shared, (run, begun, lead_in), cancel)
+            self.predicted(composition, shared, (run, begun, long), cancel)
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
@@ -267,20 +267,20 @@ impl Data {
         self.constants.block_length(self.period, unseen)
     }
 
-    /// Time that a block's state is estimated over, s. Over a period alone it is as uncertain as the noise, which hides what an effect
-    /// of the noise's size does; where a model follows whole records, as much is taken as is predicted. Where masses rest their
-    /// state has jumps, and what is long past says nothing of it.
-    fn lead_in(&self, fitted: &Fitted) -> f64 {
-        if fitted.level == WHOLE && !self.rests() { self.block().max(self.period) } else { self.period }
+    /// True if a block's state is estimated over as long before it as the block lasts. Over a period alone it is as uncertain as the
+    /// noise, which hides what an effect of the noise's size does; where a model follows whole records, as much is taken as is
+    /// predicted. Where masses rest their state has jumps, and what is long past says nothing of it.
+    fn is_led_in_for_long(&self, fitted: &Fitted) -> bool {
+        fitted.level == WHOLE && !self.rests()
     }
 
-    /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over so long a time, s,
-    /// before it, or what there is, from where the model is along the record if that is known.
+    /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over a period before it, or
+    /// over as `long` as it lasts, or what there is, from where the model is along the record if that is known.
     fn predicted(
         &self,
         composition: &Composition,
         shared: &[f64],
-        (record, begun, lead_in): (&Run, Option<&Begun>, f64),
+        (record, begun, long): (&Run, Option<&Begun>, bool),
         cancel: &Cancel,
     ) -> Vec<Vec<f64>> {
         let n = record.range.len();
@@ -290,7 +290,7 @@ impl Data {
         let length = block.min(record.range.end - first).max(1);
         let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
-        let lead_in = ((lead_in / record.grid.interval()) as usize).max(period);
+        let lead_in = if long { length.max(period) } else { period };
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
         let steps = self.constants.few_steps();
