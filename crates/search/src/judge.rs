@@ -210,11 +210,11 @@ impl Data {
         let composition = &fitted.composition;
         let shared = &fitted.refined.point.shared;
         let begun = self.begun(fitted);
-        let long = self.is_led_in_for_long(fitted);
+        let throughout = self.is_followed_throughout(fitted);
         let of = |shared: &[f64], run: &Run| {
             let along = self.series.iter().zip(&begun).find(|(s, _)| Arc::ptr_eq(&s.grid, &run.grid));
             let begun = along.and_then(|(_, begun)| begun.as_ref());
-            self.predicted(composition, shared, (run, begun, long), cancel)
+            self.predicted(composition, shared, (run, begun, throughout), cancel)
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
@@ -267,20 +267,21 @@ impl Data {
         self.constants.block_length(self.period, unseen)
     }
 
-    /// True if a block's state is estimated over as long before it as the block lasts. Over a period alone it is as uncertain as the
-    /// noise, which hides what an effect of the noise's size does; where a model follows whole records, as much is taken as is
-    /// predicted. Where masses rest their state has jumps, and what is long past says nothing of it.
-    fn is_led_in_for_long(&self, fitted: &Fitted) -> bool {
+    /// True if a model follows whole records, through no rest. Estimated over a period alone, a block's state is as uncertain as the
+    /// noise, which hides what an effect of the noise's size does; such a model's is estimated over as long as is predicted. Where
+    /// masses rest their state has jumps, and what is long past says nothing of it.
+    fn is_followed_throughout(&self, fitted: &Fitted) -> bool {
         fitted.level == WHOLE && !self.rests()
     }
 
     /// Errors of each block of a record that parameters predict, weighted; a block's state is estimated over a period before it, or
-    /// over as `long` as it lasts, or what there is, from where the model is along the record if that is known.
+    /// over as long as it lasts where the model follows records `throughout`, or what there is, from where the model is along the
+    /// record if that is known.
     fn predicted(
         &self,
         composition: &Composition,
         shared: &[f64],
-        (record, begun, long): (&Run, Option<&Begun>, bool),
+        (record, begun, throughout): (&Run, Option<&Begun>, bool),
         cancel: &Cancel,
     ) -> Vec<Vec<f64>> {
         let n = record.range.len();
@@ -290,7 +291,7 @@ impl Data {
         let length = block.min(record.range.end - first).max(1);
         let count = ((record.range.end - first) as f64 / length as f64).round().max(1.0) as usize;
         let borders: Vec<usize> = (0..=count).map(|k| (first + k * length).min(record.range.end)).collect();
-        let lead_in = if long { length.max(period) } else { period };
+        let lead_in = if throughout { length.max(period) } else { period };
         let spans: Vec<(usize, usize)> = borders.windows(2).map(|b| (b[0], b[1])).filter(|(a, b)| b > a).collect();
         let cancelled = || cancel.is_cancelled();
         let steps = self.constants.few_steps();

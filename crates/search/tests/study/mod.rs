@@ -140,14 +140,12 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
     };
     let case = &Case { effects: hidden.truth.effects.clone(), ..case.clone() };
     let ask = Ask { base: hidden.base, ..Ask::default() };
-    let records = match case.periods {
-        Some(periods) => RecordSet::new(vec![hidden.fit.first()?.slice(0..periods * SAMPLES_A_PERIOD)], Usage::Fit),
-        None => {
-            let mut records = RecordSet::new(hidden.fit, Usage::Fit);
-            records.add(hidden.held_out, Usage::HeldOut);
-            records
-        }
+    let (fit, held_out) = match case.periods {
+        Some(periods) => (vec![hidden.fit.first()?.slice(0..periods * SAMPLES_A_PERIOD)], Vec::new()),
+        None => (hidden.fit, hidden.held_out),
     };
+    let mut records = RecordSet::new(fit, Usage::Fit);
+    records.add(held_out, Usage::HeldOut);
     let started = Instant::now();
     let diagnosis = Search::new(&records, &ask).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()));
     let milliseconds = 1e3 * started.elapsed().as_secs_f64();
