@@ -171,7 +171,8 @@ constants! {
     /// Grid points of a form that enter pairs; a third as many of those that are best beside a constant force, which moves the
     /// place of a contact.
     grid_points: usize = 6, FACTOR, "points", "time: pairs grow with its square";
-    /// Pairs that are tried with a third effect.
+    /// Pairs that are tried with a third effect. As many effects and pairs have the grid made finer about them where few blocks can be
+    /// left out in turn.
     pairs_extended: usize = 20, POSITIVE, "pairs", "time";
     /// Sets of each size about which the grid is made finer.
     zoomed: usize = 8, POSITIVE, "sets", "time";

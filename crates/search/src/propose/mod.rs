@@ -97,6 +97,15 @@ struct SetRegression<'a> {
 /// Best scores found: for each set of forms, sorted, the score and the grid points.
 type FoundSets = HashMap<Vec<usize>, (f64, Vec<usize>)>;
 
+/// What sets are scored by.
+#[derive(Clone, Copy)]
+enum Score {
+    /// How well they predict blocks of rows that are left out in turn.
+    LeftOut,
+    /// How little they leave where all rows count at once.
+    AllRows,
+}
+
 impl Data {
     /// Sets of the forms beside a present model, best first; the set of none is not among them. A set must bring more than the
     /// share `crumb` of what the best set that it contains gains.
@@ -119,6 +128,7 @@ impl Data {
         }
         let mut sets = ranked(&found, forms, crumb, &self.constants);
         sets.extend(regression.common(&points));
+        sets.extend(regression.leaving_least(&found, &mut points));
         let mut known: Vec<Vec<usize>> = Vec::new();
         sets.retain(|(_, set)| {
             let new = !known.contains(set);
@@ -190,9 +200,9 @@ impl Data {
             chosen.push(best);
         }
         let gram = regression.gram();
-        regression.note(&gram, &points, vec![chosen], &mut found);
+        regression.note(&gram, &points, vec![chosen], &mut found, Score::LeftOut);
         for _ in 0..ZOOMS {
-            regression.zoom(&mut points, &mut found, 1);
+            regression.zoom(&mut points, &mut found, 1, Score::LeftOut);
         }
         let set = found.into_values().next().map(|(_, set)| set)?;
         let mut start = regression.proposal(&set, &points)?;
@@ -452,8 +462,9 @@ impl<'a> SetRegression<'a> {
                 let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
                 let remembers = !self.forms[form].addition(&inner).internals.is_empty();
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
-                (left[0] < alone || left[1] < alone || rewrites > 0 && left[0].is_finite())
-                    .then_some((left, columns, point))
+                // What takes the place of a term may leave more than it alone, and less beside what else is missing.
+                let exchanged = !point.replaces.is_empty() && left[0].is_finite();
+                (left[0] < alone || left[1] < alone || exchanged).then_some((left, columns, point))
             })
             .collect();
         let constants = &self.data.constants;
@@ -534,7 +545,7 @@ impl<'a> SetRegression<'a> {
     }
 
     /// Scores sets and keeps the best of each set of forms.
-    fn note(&self, gram: &Gram, points: &[GridPoint], sets: Vec<Vec<usize>>, found: &mut FoundSets) {
+    fn note(&self, gram: &Gram, points: &[GridPoint], sets: Vec<Vec<usize>>, found: &mut FoundSets, by: Score) {
         let scored: Vec<(Vec<usize>, f64, Vec<usize>)> = sets
             .into_par_iter()
             .filter_map(|set| {
@@ -546,7 +557,10 @@ impl<'a> SetRegression<'a> {
                 if !self.stands(&set, points, &columns, &solution.coefficients) {
                     return None;
                 }
-                let score = gram.predictive(&columns, self.rows.worth);
+                let score = match by {
+                    Score::LeftOut => gram.predictive(&columns, self.rows.worth),
+                    Score::AllRows => -solution.left,
+                };
                 let mut key: Vec<usize> = set.iter().map(|p| points[*p].form).collect();
                 key.sort_unstable();
                 Some((key, score, set))
@@ -564,10 +578,10 @@ impl<'a> SetRegression<'a> {
     fn search(&mut self, points: &mut Vec<GridPoint>) -> FoundSets {
         let gram = self.gram();
         let mut found = FoundSets::new();
-        self.note(&gram, points, vec![Vec::new()], &mut found);
-        self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found);
+        self.note(&gram, points, vec![Vec::new()], &mut found, Score::LeftOut);
+        self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found, Score::LeftOut);
         let pairs = self.pairs(&gram, points);
-        self.note(&gram, points, pairs, &mut found);
+        self.note(&gram, points, pairs, &mut found, Score::LeftOut);
         let best = best_of(&found, 2, self.data.constants.pairs_extended);
         let mut thirds: Vec<Vec<usize>> = Vec::new();
         for pair in &best {
@@ -578,10 +592,10 @@ impl<'a> SetRegression<'a> {
                     .extend(of_form.filter(|p| self.go_together(pair, *p, points)).map(|p| [&pair[..], &[p]].concat()));
             }
         }
-        self.note(&gram, points, thirds, &mut found);
+        self.note(&gram, points, thirds, &mut found, Score::LeftOut);
         for _ in 0..ZOOMS {
             if !self.cancel.is_cancelled() {
-                self.zoom(points, &mut found, self.data.constants.zoomed);
+                self.zoom(points, &mut found, self.data.constants.zoomed, Score::LeftOut);
             }
         }
         found
@@ -636,7 +650,7 @@ impl<'a> SetRegression<'a> {
     }
 
     /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
-    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize) {
+    fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
         let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
         let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
@@ -673,7 +687,38 @@ impl<'a> SetRegression<'a> {
                 }
             }
         }
-        self.note(&gram, points, nearer, found);
+        self.note(&gram, points, nearer, found, by);
+    }
+
+    /// Where few blocks can be left out in turn, the effects and pairs that leave least where all rows count at once: each block may
+    /// hold what no other does, as the growth of a motion before it settles. Of three effects some always follow few periods.
+    fn leaving_least(&mut self, found: &FoundSets, points: &mut Vec<GridPoint>) -> Vec<(f64, Vec<usize>)> {
+        let constants = &self.data.constants;
+        if self.rows.blocks.len() >= constants.blocks_left_out {
+            return Vec::new();
+        }
+        let mut least = FoundSets::new();
+        let sets = found.values().map(|(_, set)| set).filter(|set| set.len() < LARGEST_SET).cloned().collect();
+        self.note(&self.gram(), points, sets, &mut least, Score::AllRows);
+        for _ in 0..ZOOMS {
+            self.zoom(points, &mut least, constants.pairs_extended, Score::AllRows);
+        }
+        let gram = self.gram();
+        let left = |set: &Vec<usize>| gram.solve(&self.columns_of(set, points)).map_or(f64::INFINITY, |s| s.left);
+        let mut near = Vec::new();
+        for size in 1..LARGEST_SET {
+            let best = best_of(&least, size, constants.proposals_of(LARGEST_SET));
+            let first = best.first().map_or(f64::INFINITY, left);
+            near.extend(best.into_iter().filter(|set| self.is_near(left(set), first)));
+        }
+        let predictive = |set: &[usize]| gram.predictive(&self.columns_of(set, points), self.rows.worth);
+        near.into_iter().map(|set| (predictive(&set), set)).collect()
+    }
+
+    /// True if what a set leaves is next to as little as the least, where all rows count at once.
+    fn is_near(&self, left: f64, least: f64) -> bool {
+        let rows = self.rows.worth * self.rows.len() as f64;
+        0.5 * rows * (left / least).ln() < self.data.constants.lead
     }
 
     /// Of effects that are met most often, the sets of each size that leave least, with those that leave next to as little. All
@@ -700,11 +745,8 @@ impl<'a> SetRegression<'a> {
                 sets.iter().filter_map(|set| left(set).map(|(left, columns)| (left, columns, set))).collect();
             own.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some(least) = own.first().map(|o| o.0) else { continue };
-            let rows = self.rows.worth * self.rows.len() as f64;
-            let constants = &self.data.constants;
-            let is_near = |left: f64| 0.5 * rows * (left / least).ln() < constants.lead;
-            let near =
-                own.into_iter().take_while(|(left, ..)| is_near(*left)).take(constants.proposals_of(LARGEST_SET));
+            let count = self.data.constants.proposals_of(LARGEST_SET);
+            let near = own.into_iter().take_while(|(left, ..)| self.is_near(*left, least)).take(count);
             out.extend(near.map(|(_, columns, set)| (gram.predictive(&columns, self.rows.worth), set.clone())));
         }
         out
