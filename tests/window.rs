@@ -807,6 +807,7 @@ fn every_sample_opens() {
         (Sample::VanDerPolForced, 2),
         (Sample::Rayleigh, 2),
         (Sample::Mathieu, 2),
+        (Sample::ParametricPendulum, 2),
         (Sample::HardStop, 2),
         (Sample::Freeplay, 2),
         (Sample::Truss, 2),

@@ -93,6 +93,9 @@ samples! {
     Mathieu: "Mathieu's oscillator",
         "Parametric resonance: a spring that pulsates at twice the natural frequency lets the motion grow; no input",
         Origin::Scenario("mathieu", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(100.0);
+    ParametricPendulum: "Parametric pendulum",
+        "Parametric resonance: the pivot moves up and down at twice the natural frequency; no input",
+        Origin::Scenario("parametric-pendulum", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(70.0);
     HardStop: "A stiff stop",
         "A mass that hits a stiff stop on one side, under a force of many frequencies",
         Origin::Scenario("hard-stop", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(30.0);
@@ -131,7 +134,7 @@ impl Sample {
     pub(crate) const OWN: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
 
     /// The oscillators that courses begin with; the first four stand beside the program's own where there is room.
-    pub(crate) const CLASSICS: [Self; 18] = [
+    pub(crate) const CLASSICS: [Self; 19] = [
         Self::VanDerPol,
         Self::DoubleWell,
         Self::Pendulum,
@@ -140,6 +143,7 @@ impl Sample {
         Self::VanDerPolForced,
         Self::Rayleigh,
         Self::Mathieu,
+        Self::ParametricPendulum,
         Self::HardStop,
         Self::Freeplay,
         Self::Truss,

@@ -44,6 +44,8 @@ pub enum Sample {
     Rayleigh,
     /// A spring that pulsates at twice the natural frequency.
     Mathieu,
+    /// A pendulum whose pivot moves up and down at twice its frequency.
+    ParametricPendulum,
     /// A mass that hits a stiff stop on one side.
     HardStop,
     /// A mass with a gap before the springs on either side.
