@@ -201,9 +201,7 @@ impl Data {
         }
         let gram = regression.gram();
         regression.note(&gram, &points, vec![chosen], &mut found, Score::LeftOut);
-        for _ in 0..ZOOMS {
-            regression.zoom(&mut points, &mut found, 1, Score::LeftOut);
-        }
+        regression.zoom(&mut points, &mut found, 1, Score::LeftOut);
         let set = found.into_values().next().map(|(_, set)| set)?;
         let mut start = regression.proposal(&set, &points)?;
         let about = regression.held_about(&set, &points);
@@ -593,11 +591,7 @@ impl<'a> SetRegression<'a> {
             }
         }
         self.note(&gram, points, thirds, &mut found, Score::LeftOut);
-        for _ in 0..ZOOMS {
-            if !self.cancel.is_cancelled() {
-                self.zoom(points, &mut found, self.data.constants.zoomed, Score::LeftOut);
-            }
-        }
+        self.zoom(points, &mut found, self.data.constants.zoomed, Score::LeftOut);
         found
     }
 
@@ -649,8 +643,17 @@ impl<'a> SetRegression<'a> {
         })
     }
 
-    /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
+    /// Makes the grid finer, round by round, about what the best sets hold.
     fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
+        for _ in 0..ZOOMS {
+            if !self.cancel.is_cancelled() {
+                self.look_between(points, found, beam, by);
+            }
+        }
+    }
+
+    /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
+    fn look_between(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
         let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
         let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
@@ -694,15 +697,13 @@ impl<'a> SetRegression<'a> {
     /// hold what no other does, as the growth of a motion before it settles. Of three effects some always follow few periods.
     fn leaving_least(&mut self, found: &FoundSets, points: &mut Vec<GridPoint>) -> Vec<(f64, Vec<usize>)> {
         let constants = &self.data.constants;
-        if self.rows.blocks.len() >= constants.blocks_left_out {
+        if !self.rows.few_blocks {
             return Vec::new();
         }
         let mut least = FoundSets::new();
         let sets = found.values().map(|(_, set)| set).filter(|set| set.len() < LARGEST_SET).cloned().collect();
         self.note(&self.gram(), points, sets, &mut least, Score::AllRows);
-        for _ in 0..ZOOMS {
-            self.zoom(points, &mut least, constants.pairs_extended, Score::AllRows);
-        }
+        self.zoom(points, &mut least, constants.pairs_extended, Score::AllRows);
         let gram = self.gram();
         let left = |set: &Vec<usize>| gram.solve(&self.columns_of(set, points)).map_or(f64::INFINITY, |s| s.left);
         let mut near = Vec::new();

@@ -31,6 +31,8 @@ pub(super) struct Rows {
     functions: Vec<Vec<TestFunction>>,
     /// Rows of each block.
     pub(super) blocks: Vec<std::ops::Range<usize>>,
+    /// The blocks are as short as they may be: of more periods there would be more of them.
+    pub(super) few_blocks: bool,
     /// Independent rows for each row: rows overlap, four in a period say all.
     pub(super) worth: f64,
 }
@@ -41,7 +43,8 @@ impl Rows {
         let fit = data.fit();
         let total: f64 = fit.iter().map(|s| s.len() as f64 * s.interval).sum();
         let Constants { half_width, narrow_widths, left_out_periods, blocks_left_out, rows: most, .. } = data.constants;
-        let want = (left_out_periods * data.period).max(total / blocks_left_out as f64);
+        let (least, share) = (left_out_periods * data.period, total / blocks_left_out as f64);
+        let want = least.max(share);
         let mut functions = Vec::new();
         let mut parts: Vec<RowPart> = Vec::new();
         let mut next_block = 0;
@@ -86,7 +89,7 @@ impl Rows {
         }
         let rows = from.max(1) as f64;
         let worth = (4.0 * data.masses() as f64 * total / data.period / rows).min(1.0);
-        Self { parts, functions, blocks, worth }
+        Self { parts, functions, blocks, few_blocks: least > share, worth }
     }
 
     pub(super) fn len(&self) -> usize {
