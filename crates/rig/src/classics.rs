@@ -91,6 +91,17 @@ static PUMPED_PENDULUM: PlantKind = PlantKind {
     units: ("rad", "rad/s^2"),
 };
 
+/// `θ̈ + cθ̇ + a sin θ = b + u`: a pendulum under a steady torque, as a synchronous machine or the phase of a Josephson junction.
+static TURNED_PENDULUM: PlantKind = PlantKind {
+    parameters: &[
+        parameter("a", 1.0, "1/s^2", "gravity over length"),
+        parameter("b", 1.2, "rad/s^2", "steady torque over the moment of inertia"),
+        parameter("c", 0.3, "1/s", "damping"),
+    ],
+    build: |p| smooth([(Expression::Number(1.0), p[1]), (x().sin(), -p[0]), (v(), -p[2]), (u(), 1.0)]),
+    units: ("rad", "rad/s^2"),
+};
+
 /// A mass on a spring that a belt drags along, with friction that falls with the speed across the contact.
 static BELT: PlantKind = PlantKind {
     parameters: &[
@@ -234,7 +245,7 @@ const HYSTERESIS: Scenario = Scenario {
 };
 
 /// The scenarios.
-pub(super) static CLASSICS: [Scenario; 18] = [
+pub(super) static CLASSICS: [Scenario; 19] = [
     Scenario {
         // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
         name: "double-well",
@@ -308,6 +319,17 @@ pub(super) static CLASSICS: [Scenario; 18] = [
         duration: 100.0,
         amplitude: 0.5,
         plant: &PUMPED_PENDULUM,
+        ..TONE
+    },
+    Scenario {
+        // D. E. McCumber, J. Appl. Phys. 39 (1968) 3113.
+        name: "turned-pendulum",
+        summary: "a pendulum that a steady torque turns over and over (a Josephson junction, McCumber 1968), harmonic torque beside it, noise of 0.01 rad",
+        duration: 100.0,
+        amplitude: 0.3,
+        frequencies: &[turns(0.7)],
+        sensor: Sensor { noise: Noise::Deviation(0.01), ..Sensor::PERFECT },
+        plant: &TURNED_PENDULUM,
         ..TONE
     },
     Scenario {
