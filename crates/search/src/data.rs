@@ -12,7 +12,7 @@ use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{
     SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, quantisation_step, rms,
-    standard_deviation,
+    standard_deviation, turning_period,
 };
 use sindyscope_core::simulate::InputGrid;
 use sindyscope_core::study::{Cancel, base_excited, suggest};
@@ -167,9 +167,17 @@ impl Data {
         };
         check()?;
         let loudest = series[..fitted].iter().max_by(|a, b| rms(&moved(a, 0)).total_cmp(&rms(&moved(b, 0))));
-        let frequency = loudest
-            .and_then(|s| main_period(&moved(s, 0), s.interval, of_displacement(0)))
-            .map_or_else(|| 4.0 / first.duration(), f64::recip);
+        let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
+        // Of an unknown unit a stroke that runs one way would be taken for an angle that turns over.
+        let turning = |i: usize, motions: &[&[f64]], interval: f64| {
+            let angle = unit(Role::Displacement(i)) == "rad";
+            if angle { turning_period(motions, interval, of_displacement(i)) } else { None }
+        };
+        let main = |s: &RecordSeries| {
+            let motion = moved(s, 0);
+            turning(0, &[&motion], s.interval).or_else(|| main_period(&motion, s.interval, of_displacement(0)))
+        };
+        let frequency = loudest.and_then(main).map_or_else(|| 4.0 / first.duration(), f64::recip);
         let noise = noises.first().copied().unwrap_or(0.0);
         let still = series[..fitted].iter().all(RecordSeries::is_undriven);
         let fitted_series: Vec<(f64, Arc<[f64]>)> =
@@ -177,7 +185,8 @@ impl Data {
         let period_of = |i: usize| {
             let motions: Vec<Arc<[f64]>> = series[..fitted].iter().map(|s| moved(s, i)).collect();
             let all: Vec<&[f64]> = motions.iter().map(|m| &**m).collect();
-            motion_period(&all, series[0].interval, of_displacement(i))
+            let interval = series[0].interval;
+            turning(i, &all, interval).or_else(|| motion_period(&all, interval, of_displacement(i)))
         };
         check()?;
         let period = (0..sensors.len()).filter_map(period_of).reduce(f64::min).unwrap_or_else(|| frequency.recip());
@@ -185,7 +194,6 @@ impl Data {
         for part in [fit_part, held_part] {
             part.iter_mut().enumerate().for_each(|(k, s)| s.index = k);
         }
-        let unit = |role: Role| first.channel(role).map_or_else(String::new, |c| c.unit.clone());
         let shown_unit = unit(sensors[0]);
         check()?;
         let coarse = coarse_steps(&series[..fitted], &noises);
@@ -258,6 +266,16 @@ impl Data {
     pub(super) fn is_held_about(&self, point: f64) -> bool {
         let motion = self.fit().iter().map(|s| mean_and_variance(&s.measured[0]).1).fold(0.0, f64::max).sqrt();
         point.abs() < HELD_ABOUT * motion
+    }
+
+    /// True if some displacement goes through more than a turn, were it an angle.
+    pub(super) fn turns_over(&self) -> bool {
+        let span = |measured: &MeasuredPath| {
+            let range = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+            let (low, high) = measured.path.x[0].iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+            high - low
+        };
+        self.measured_paths().iter().any(|measured| span(measured) >= TAU)
     }
 
     /// True if a linear spring's coefficient has next to no part in the frequency of the motion.

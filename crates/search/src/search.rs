@@ -426,13 +426,15 @@ impl Search {
         let setting = self.setting(fitted, motion);
         let present = fitted.composition.choices();
         let offset = fitted.composition.offset();
+        let turns = data.turns_over();
         let units: Vec<&str> = std::iter::once(&data.unit)
             .chain(&data.input_units)
             .map(String::as_str)
             .filter(|u| !u.is_empty())
             .collect();
-        catalogue(&setting)
-            .into_iter()
+        let all = catalogue(&setting);
+        let swings = all.iter().any(Form::is_periodic);
+        all.into_iter()
             .chain(own(&self.ask.effects, &setting, &units))
             .filter(|f| !present.contains(&choice(f)))
             // A richer kind of what is there was tried in its place.
@@ -442,7 +444,9 @@ impl Search {
                 // The zero of a velocity or an acceleration is not that of the spring.
                 let moved = data.outputs.iter().all(|o| o.derivatives() == 0);
                 let tied = moved && (offset || fitted.composition.datum);
-                !(tied && f.moves_the_zero(offset) || fitted.composition.zero && f.is_offset())
+                // Where a sine holds an angle that turns over, a shifted zero and a steady force differ.
+                let told_apart = turns && !f.is_offset() && (fitted.composition.is_periodic() || swings);
+                !(tied && f.moves_the_zero(offset) && !told_apart || fitted.composition.zero && f.is_offset())
             })
             .collect()
     }

@@ -286,6 +286,11 @@ impl Composition {
         self.forms.iter().any(Form::has_a_mean)
     }
 
+    /// True if the force of some effect repeats with every turn of the displacement.
+    pub(super) fn is_periodic(&self) -> bool {
+        self.forms.iter().any(Form::is_periodic)
+    }
+
     /// The equations at these shared parameters.
     pub(super) fn model(&self, parameters: &Parameters) -> (Model, Composed) {
         let composed = self.compose(&parameters.inner);

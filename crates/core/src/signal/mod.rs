@@ -23,7 +23,7 @@ pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::{SmoothedSignal, Smoother};
 pub(crate) use smoothing::odd;
 pub use smoothing::{Differentiation, Smoothing};
-pub use spectrum::{Peak, Spectrum, main_period, motion_period};
+pub use spectrum::{Peak, Spectrum, main_period, motion_period, turning_period};
 pub use standing::rests;
 pub(crate) use standing::{shortest_standstill, standstills, standstills_from};
 pub(crate) use sums::LANES;

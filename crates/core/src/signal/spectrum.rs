@@ -74,6 +74,12 @@ impl Spectrum {
         self.step * index as f64
     }
 
+    /// The highest line but the mean.
+    fn highest(&self) -> usize {
+        let lines = self.amplitudes.iter().enumerate().skip(1);
+        lines.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(line, _)| line)
+    }
+
     /// The highest line between zero and the highest frequency, placed between lines by the parabola through the
     /// logarithms of its neighbours; none if the signal is constant or its highest line is the slowest one (a drift).
     pub fn peak(&self) -> Option<Peak> {
@@ -131,7 +137,35 @@ const MIN_BAND_POWER: f64 = 1e-4;
 /// Where a displacement wanders slowly under a faster motion, this is the period of the motion that forces make, not of the
 /// wandering. A faint band far above the others is a sensor's hum, not motion. None if nothing stands out.
 pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64> {
-    let (mut velocity, mut acceleration) = (0.0, 0.0);
+    let [velocity, acceleration, _] = squares_of_rates(series, interval, noise);
+    period_of(velocity, acceleration)
+}
+
+/// The period of an angle that turns over and over, s: its velocity wanders as its displacement does, so this is 2π times the RMS
+/// of its acceleration over that of the acceleration's own rate. None where its spectrum's slowest line, a drift, is not the highest,
+/// or it does not go through a turn.
+pub fn turning_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64> {
+    let turns_over = |values: &&[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low >= TAU
+            && Spectrum::of_motion(values, interval).is_some_and(|spectrum| spectrum.highest() < MAIN_LOBE)
+    };
+    if !series.iter().any(turns_over) {
+        return None;
+    }
+    let [_, acceleration, rate] = squares_of_rates(series, interval, noise);
+    period_of(acceleration, rate)
+}
+
+/// The period of a motion from the squares of a quantity and of its rate, s.
+fn period_of(square: f64, of_rate: f64) -> Option<f64> {
+    Some((square / of_rate).sqrt()).filter(|period| period.is_finite() && *period > 0.0)
+}
+
+/// Squares of a motion's velocity, acceleration and the acceleration's rate, each over its power of 2π, by the lines of its spectrum
+/// that stand out of noise of this standard deviation.
+fn squares_of_rates(series: &[&[f64]], interval: f64, noise: f64) -> [f64; 3] {
+    let mut squares_of_rates = [0.0; 3];
     for values in series {
         let values = moving(values);
         let Some(spectrum) = Spectrum::new(values, interval) else { continue };
@@ -159,13 +193,15 @@ pub fn motion_period(series: &[&[f64]], interval: f64, noise: f64) -> Option<f64
             below += squares;
             for (k, square) in band {
                 let f2 = spectrum.frequency(*k).powi(2);
-                velocity += values.len() as f64 * f2 * square;
-                acceleration += values.len() as f64 * f2 * f2 * square;
+                let mut rate = values.len() as f64 * square;
+                for sum in &mut squares_of_rates {
+                    rate *= f2;
+                    *sum += rate;
+                }
             }
         }
     }
-    let period = (velocity / acceleration).sqrt();
-    (period.is_finite() && period > 0.0).then_some(period)
+    squares_of_rates
 }
 
 /// Where the period of the motion that forces make is below this share of the displacement's strongest period, the
@@ -284,6 +320,22 @@ mod tests {
         assert!((spectrum.peak().unwrap().frequency - 3.0).abs() < 1e-3);
         let second = (9.0 / spectrum.step).round() as usize;
         assert!((spectrum.amplitudes[second] - 0.4).abs() < 0.01);
+    }
+
+    #[test]
+    fn an_angle_that_turns_over_has_the_period_of_its_turns() {
+        // It rests, then makes a turn a second.
+        let angle: Vec<f64> = (0..6000)
+            .map(|k| {
+                let turning = TAU * (1e-2 * k as f64 - 5.0).max(0.0);
+                turning + 0.2 * turning.sin()
+            })
+            .collect();
+        assert!((turning_period(&[&angle], 1e-2, 1e-4).unwrap() - 1.0).abs() < 0.05);
+        assert!(motion_period(&[&angle], 1e-2, 1e-4).unwrap() > 3.0);
+        // One that swings back and forth does not turn over, however far.
+        assert_eq!(turning_period(&[&tone(4000, 1e-2, 0.2, 5.0)], 1e-2, 1e-4), None);
+        assert_eq!(turning_period(&[&tone(4000, 1e-2, 0.01, 3.0)], 1e-2, 1e-4), None);
     }
 
     #[test]

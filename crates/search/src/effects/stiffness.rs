@@ -206,7 +206,9 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
 fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
     for frame in setting.springs() {
         let spring = Term::new(frame.r());
-        if !setting.swings(&frame, 0.05) || !setting.has(&spring, frame.site) {
+        // Of an angle that turns over and over nothing else may be there to hold it.
+        let replaced: Vec<Term> = Some(spring).filter(|spring| setting.has(spring, frame.site)).into_iter().collect();
+        if !setting.swings(&frame, 0.05) || setting.has(&Term::new(frame.r().sin()), frame.site) {
             continue;
         }
         forms.push(Form {
@@ -223,7 +225,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
             axis: ForceAxis::Displacement,
             build: shared(move |_| Addition {
                 terms: vec![Term::new(frame.r().sin())],
-                replaces: vec![spring.clone()],
+                replaces: replaced.clone(),
                 ..Addition::default()
             }),
         });

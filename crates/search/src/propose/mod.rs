@@ -90,8 +90,8 @@ struct SetRegression<'a> {
     /// Length of each column in the pool before it was scaled to one.
     scales: Vec<f64>,
     pool: Vec<Vec<f64>>,
-    /// The zero of a force that repeats with every turn, where displacements are counted from a point.
-    turning: Option<f64>,
+    /// The zero of a force that repeats with every turn is open.
+    turning: bool,
 }
 
 /// Best scores found: for each set of forms, sorted, the score and the grid points.
@@ -242,12 +242,12 @@ impl<'a> SetRegression<'a> {
             dampers: Vec::new(),
             scales: Vec::new(),
             pool: Vec::new(),
-            turning: None,
+            turning: false,
         };
         new.whiten();
         new.base = new.base_columns();
         let first = 1 + new.constants;
-        new.turning = new.turning_point();
+        new.turning = new.has_open_turns();
         new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
         new.reset();
         new
@@ -285,7 +285,8 @@ impl<'a> SetRegression<'a> {
             Some((&*data.fit()[record].measured[mass], order))
         });
         let mut columns = vec![target];
-        if self.present.offset() || self.present.datum {
+        // What shifts the zero of an angle that turns over is no constant force: the fit alone places it.
+        if self.present.offset() || self.present.datum && !self.present.is_periodic() {
             columns.extend(self.zeros());
         }
         self.constants = columns.len() - 1;
@@ -383,8 +384,8 @@ impl<'a> SetRegression<'a> {
 
     /// The columns of a form at inner values, and which of the present model's they replace.
     fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
-        if let Some(point) = self.turning.filter(|_| form.is_periodic()) {
-            return self.of_turning(form, point);
+        if self.turning && form.is_periodic() {
+            return self.of_turning(form);
         }
         let addition = form.addition(inner);
         let first = 1 + self.constants;
@@ -462,7 +463,10 @@ impl<'a> SetRegression<'a> {
                 let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
                 // What takes the place of a term may leave more than it alone, and less beside what else is missing.
                 let exchanged = !point.replaces.is_empty() && left[0].is_finite();
-                (left[0] < alone || left[1] < alone || exchanged).then_some((left, columns, point))
+                // What is met often may be nothing alone, or act the wrong way round, and be right beside another effect: a steady
+                // force beside the sine of an angle whose zero is open, friction beside a spring that is none.
+                let asked = self.forms[form].is_common();
+                (left[0] < alone || left[1] < alone || exchanged || asked).then_some((left, columns, point))
             })
             .collect();
         let constants = &self.data.constants;
@@ -471,7 +475,8 @@ impl<'a> SetRegression<'a> {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
             let mut own: Vec<&Built> = Vec::new();
             for (beside, count) in [(0, constants.grid_points), (1, constants.grid_points.div_ceil(3))] {
-                let mut sorted: Vec<&Built> = of_form.iter().copied().filter(|b| b.0[beside].is_finite()).collect();
+                let mut sorted = of_form.clone();
+                sorted.retain(|b| b.0[beside].is_finite() || beside == 0 && b.0[1].is_infinite());
                 sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
                 let further = sorted.into_iter().take(count);
                 own.extend(further.filter(|b| !own.iter().any(|o| std::ptr::eq(*o, *b))).collect::<Vec<_>>());
@@ -501,7 +506,7 @@ impl<'a> SetRegression<'a> {
         let chosen: Vec<usize> = (1..before.len() + columns.len()).filter(|k| !replaces.contains(k)).collect();
         let own = chosen.len() - columns.len() + rewrites;
         let solution = gram.solve(&chosen)?;
-        signs_hold(&self.forms[form], &solution.coefficients[own..]).then_some(solution.left)
+        self.signs_hold(form, &solution.coefficients[own..]).then_some(solution.left)
     }
 
     fn gram(&self) -> Gram {
@@ -524,6 +529,12 @@ impl<'a> SetRegression<'a> {
         gram.solve(&(1..chosen.len()).collect::<Vec<_>>()).map_or(f64::NEG_INFINITY, |s| -s.left)
     }
 
+    /// True if no coefficient of a form acts the wrong way round.
+    fn signs_hold(&self, form: usize, values: &[f64]) -> bool {
+        let mut coefficients = self.forms[form].coefficients.iter().zip(values);
+        self.is_turning(form) || coefficients.all(|(c, v)| c.sign == Direction::Any || !c.sign.forbids(*v))
+    }
+
     /// True if every coefficient of a set has a physical sign, and a force that remembers leaves no damper that pushes.
     fn stands(&self, set: &[usize], points: &[GridPoint], columns: &[usize], coefficients: &[f64]) -> bool {
         // A branch that remembers holds the acceleration itself, and with it its noise: what it takes no damper gives back.
@@ -538,7 +549,7 @@ impl<'a> SetRegression<'a> {
         set.iter().all(|p| {
             let own = &coefficients[from..from + points[*p].columns.len()];
             from += own.len();
-            signs_hold(&self.forms[points[*p].form], &own[points[*p].rewrites..])
+            self.signs_hold(points[*p].form, &own[points[*p].rewrites..])
         })
     }
 
@@ -786,10 +797,12 @@ impl<'a> SetRegression<'a> {
             inner = next.inner_after(&composition, &inner, &points[*p].inner);
             composition = next;
         }
-        let turning = self.turning.filter(|_| set.iter().any(|p| self.forms[points[*p].form].is_periodic()));
-        inner.equilibrium = inner.equilibrium.map(|e| match turning {
+        let value = |column: usize| value.get(&column).copied();
+        let turning = set.iter().find(|p| self.is_turning(points[**p].form));
+        let turned = turning.and_then(|p| self.turned(&points[*p], value));
+        inner.equilibrium = inner.equilibrium.map(|e| match turned {
             _ if composition.holds_the_zero() => composition.origin,
-            Some(point) => point,
+            Some((_, point)) => point,
             None => e,
         });
         let first = 1 + self.constants;
@@ -799,9 +812,12 @@ impl<'a> SetRegression<'a> {
             let changed = |p: &GridPoint| p.replaces.iter().take(p.rewrites).position(|r| *r == c);
             set.iter().find_map(|p| changed(&points[*p]).map(|k| points[*p].columns.start + k))
         };
-        let base = (first..first + terms).filter_map(|c| value.get(&rewritten(c).unwrap_or(c)).copied());
-        let own = set.iter().map(|p| &points[*p]).filter(|p| !self.forms[p.form].is_offset());
-        let own = own.flat_map(|p| p.columns.clone().skip(p.rewrites)).filter_map(|c| value.get(&c).copied());
+        let base = (first..first + terms).filter_map(|c| value(rewritten(c).unwrap_or(c)));
+        let own = set.iter().filter(|p| !self.forms[points[**p].form].is_offset());
+        let own = own.flat_map(|p| match turned.filter(|_| Some(p) == turning) {
+            Some((coefficient, _)) => vec![coefficient],
+            None => points[*p].columns.clone().skip(points[*p].rewrites).filter_map(value).collect(),
+        });
         let mut coefficients: Vec<f64> = base.chain(own).collect();
         let ranges = composition.ranges().coefficients;
         if coefficients.len() != ranges.len() {
@@ -828,11 +844,6 @@ fn sensed_quantity(series: &RecordSeries, mass: usize) -> SensedQuantity {
     } else {
         SensedQuantity::Acceleration { velocity: slope(&displacement, series.interval), displacement }
     }
-}
-
-/// True if no coefficient of a form acts the wrong way round.
-fn signs_hold(form: &Form, values: &[f64]) -> bool {
-    form.coefficients.iter().zip(values).all(|(c, v)| c.sign == Direction::Any || !c.sign.forbids(*v))
 }
 
 /// The steps of a form's grid.
