@@ -20,6 +20,8 @@ use sindyscope_core::study::Cancel;
 
 /// Residual, as a share of the motion, below which a fit is exact but for the simulation's own arithmetic.
 const EXACT: f64 = 3e-6;
+/// Noises of a residual that is no noise whatever its tests say: an estimate of the noise without a model does not err so far.
+const FAR: f64 = 10.0;
 /// Order of the autoregression that describes the residual's colour, as its smooth spectrum needs it.
 const ORDER: usize = 6;
 
@@ -194,13 +196,14 @@ impl Data {
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let p_value = tests.first().map_or(1.0, |t| t.p_value);
         let level = self.constants.level_of(self.stepped);
+        let far = fitted.refined.rmse() > FAR * self.noise;
         // Below this the simulation's own arithmetic, or the sensor's, is what is left.
         let exact = fitted.refined.rmse() < (EXACT * self.loudest()).max(self.noise / self.constants.loud);
         // What would explain the rest bears no name.
         let (within, _) = self.constants.explaining();
         let settled = !fitted.composition.forms.is_empty() && self.is_within(fitted, (within, within), cancel);
         Some(Evidence {
-            significant: p_value < level && !exact && !settled,
+            significant: (p_value < level || far) && !exact && !settled,
             p_value: if exact { 1.0 } else { p_value },
             tests,
         })
