@@ -65,6 +65,12 @@ fn what_a_linear_base_lacks_of_a_classic_is_named() {
     QUICK.iter().for_each(|classic| named(classic, 1));
 }
 
+#[test]
+fn a_segment_that_begins_near_a_separatrix_leads_no_fit_away() {
+    // One of 32 left as much as all others together, and the cubic spring ended 7 % off: nothing was named.
+    named(&LONG[0], 11);
+}
+
 /// The names found in one record of which the end is held out, as the window opens a classic, and the verdict.
 fn found_before(end: f64, scenario: &str, seed: u64, noise: Noise) -> (Vec<String>, Verdict) {
     let options = ScenarioOptions { seed, noise: Some(noise), ..ScenarioOptions::default() };

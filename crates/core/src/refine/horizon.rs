@@ -6,7 +6,7 @@
 
 use super::fitter::HOPELESS;
 use super::{Bar, FitOptions, Point, Refined, Run, Structure, misfit, refine};
-use crate::signal::{mean_and_variance, rms};
+use crate::signal::{dot, mean_and_variance, rms};
 use crate::simulate::{Delays, Limits, Response, Simulator};
 
 /// Length of the shortest segments, in periods of the motion.
@@ -375,6 +375,9 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         let Some(shorter) = shortest(halved) else { break };
         (first, goal) = (shorter, halved);
     }
+    if !sensitive && let Some(again) = begun_shorter(structure, whole, &start.shared, &first, goal) {
+        first = again;
+    }
     let top = levels(whole, goal.period);
     if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
         return direct;
@@ -395,18 +398,21 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.
     let sound = |shorter: &Landed, longer: &Landed| shorter.goes_on_in(longer) && !longer.is_sensitive();
     let count = held.windows(2).take_while(|pair| !exact || sound(&pair[0], &pair[1])).count() + 1;
+    let from = |landed: &Landed, level: usize| {
+        let from = (landed.refined.point.shared.as_slice(), Some(landed.of(structure)));
+        shoot(structure, whole, from, level, goal, goal.options.steps)
+    };
+    let ended = |landed: Landed| {
+        if landed.refined.converged { Some(landed) } else { from(&landed, landed.level).or(Some(landed)) }
+    };
     if count < held.len() {
         held.truncate(count);
         let mut longest = held.pop()?;
-        let from = |landed: &Landed, level: usize| {
-            let from = (landed.refined.point.shared.as_slice(), Some(landed.of(structure)));
-            shoot(structure, whole, from, level, goal, goal.options.steps)
-        };
         // The lengths between may have been left out.
         while let Some(next) = from(&longest, longest.level + 1).filter(|next| sound(&longest, next) && !next.whole) {
             longest = next;
         }
-        return if longest.refined.converged { Some(longest) } else { from(&longest, longest.level).or(Some(longest)) };
+        return ended(longest);
     }
     let longest = held.pop()?;
     if longest.whole {
@@ -416,7 +422,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         };
     }
     if near {
-        return Some(longest);
+        return ended(longest);
     }
     // Far from the noise at every length: the whole record's own fit tells as much, from whichever start is better.
     let again = shoot(
@@ -433,6 +439,27 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     };
     // A model that loses the motion would be fitted to what carries it away: a drift that nothing holds.
     best.filter(|b| b.error() < DIRECT_FIT_ERROR * motion(whole)).or(Some(longest))
+}
+
+/// A fit along the shortest segments of which a single one holds most of what is left, done again from what half as long ones say;
+/// none where those stay far from the noise too, or it leaves no less. Near a separatrix one segment leads all others away from
+/// values that are right.
+fn begun_shorter(
+    structure: &dyn Structure,
+    whole: &[Run],
+    shared: &[f64],
+    first: &Landed,
+    goal: Goal<'_>,
+) -> Option<Landed> {
+    let near = WRONG_MODEL_ERROR * goal.noise;
+    let largest = first.refined.residuals.iter().map(|e| dot(e, e)).fold(0.0, f64::max);
+    if first.error() < near || first.runs.len() < 3 || largest < 0.5 * first.refined.rss {
+        return None;
+    }
+    let halved = Goal { period: 0.5 * goal.period, ..goal };
+    let shorter = shoot(structure, whole, (shared, None), 0, halved, FIRST_STEPS).filter(|l| l.error() < near)?;
+    let from = (shorter.refined.point.shared.as_slice(), Some(shorter.of(structure)));
+    shoot(structure, whole, from, 0, goal, goal.options.steps).filter(|again| again.refined.rss < first.refined.rss)
 }
 
 /// RMS of the weighted motion about its mean.
