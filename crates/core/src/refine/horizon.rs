@@ -31,6 +31,9 @@ const CHAOTIC_HALVINGS: usize = 3;
 /// sought.
 const WRONG_MODEL_ERROR: f64 = 3.0;
 
+/// Share of what a fit leaves from which on a single segment has led it away from what all others say.
+const MOST_OF_WHAT_IS_LEFT: f64 = 0.5;
+
 /// What a fit is to reach, and how.
 #[derive(Clone, Copy)]
 pub struct Goal<'a> {
@@ -453,7 +456,7 @@ fn begun_shorter(
 ) -> Option<Landed> {
     let near = WRONG_MODEL_ERROR * goal.noise;
     let largest = first.refined.residuals.iter().map(|e| dot(e, e)).fold(0.0, f64::max);
-    if first.error() < near || first.runs.len() < 3 || largest < 0.5 * first.refined.rss {
+    if first.error() < near || first.runs.len() < 3 || largest < MOST_OF_WHAT_IS_LEFT * first.refined.rss {
         return None;
     }
     let halved = Goal { period: 0.5 * goal.period, ..goal };
