@@ -90,9 +90,21 @@ impl Constants {
         self.compared(&first.blocks, &second.blocks, "").is_more_than(least)
     }
 
-    /// True if a set leaves so much less on the data fitted than another, along records as long, that the two are not alike.
-    fn fits_better(&self, first: &Hypothesis, second: &Hypothesis) -> bool {
-        first.fitted.level >= second.fitted.level && self.unseen_ratio * first.fitted.error() < second.fitted.error()
+    /// True if the data fitted, along records as long, speak for a set so much that it stands beside another which predicts better.
+    /// Where some set explains the data (`explained`), a set of no more parameters is asked whether its log likelihood is higher there
+    /// by more than the other's lead, or higher at all where these are all data, those left out in turn among them: parameters that are
+    /// a little off are so in every block, and blocks drawn anew do not tell. Where none explains the data likelihoods say too much,
+    /// and it must err so much less that the two are not alike.
+    fn makes_up(&self, set: &Hypothesis, other: &Hypothesis, explained: bool) -> bool {
+        let (own, others) = (&set.fitted, &other.fitted);
+        let speaks = if explained {
+            let likelier = 0.5 * own.refined.samples as f64 * (others.refined.rss / own.refined.rss).ln();
+            let lead = if own.refitted.is_empty() { other.sum() - set.sum() } else { 0.0 };
+            own.composition.parameters() <= others.composition.parameters() && likelier > lead
+        } else {
+            self.unseen_ratio * own.error() < others.error()
+        };
+        own.level >= others.level && speaks
     }
 
     /// The sum that a set must lead another by that it is more than.
@@ -182,7 +194,7 @@ pub(super) fn judge(
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && (!constants.beats(&sets[first], rival, far) || far > least && constants.fits_better(rival, &sets[first]))
+            && (!constants.beats(&sets[first], rival, far) || constants.makes_up(rival, &sets[first], far <= least))
     });
     let mut near: Vec<usize> = rivals.collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest. Where all

@@ -289,9 +289,9 @@ impl Search {
         tried.sets.extend(parts);
     }
 
-    /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone, and where the set leaves
-    /// more than noise, for a richer kind of it. The regression, which orders sets, may not have seen what they do together. False
-    /// if nothing was new.
+    /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone or takes the place of a term,
+    /// and where the set leaves more than noise, for a richer or another kind of it. The regression, which orders sets, may not have
+    /// seen what they do together. False if nothing was new.
     fn exchange(&self, tried: &mut Tried, cancel: &Cancel) -> bool {
         let Some(base) = self.known(&[]) else { return false };
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
@@ -303,15 +303,20 @@ impl Search {
             let single = tried.place(&[form]).map(|k| &tried.sets[k]).filter(|single| single.unborne.is_none());
             single.map(Hypothesis::sum)
         };
-        let richer = |new: usize, old: usize| !explains && tried.forms[new].is_richer_kind_of(&tried.forms[old]);
+        let other_kind = |new: usize, old: usize| {
+            let (new, old) = (&tried.forms[new], &tried.forms[old]);
+            !explains && (new.is_richer_kind_of(old) || new.effect == old.effect && new.acts_like(old))
+        };
         let as_good = |new: usize, old: usize| {
             let alike = tried.forms[new].acts_like(&tried.forms[old]);
-            set.len() > 1 && alike && alone(new).is_some_and(|sum| Some(sum) >= alone(old))
+            // Alone, what takes the place of a term may leave more than it.
+            let did = || tried.forms[new].replaces_a_term() || alone(new).is_some_and(|sum| Some(sum) >= alone(old));
+            set.len() > 1 && alike && did()
         };
         let mut exchanged: Vec<Vec<usize>> = Vec::new();
         for (place, old) in set.iter().enumerate() {
             for new in (0..tried.forms.len()).filter(|new| !set.contains(new)) {
-                if richer(new, *old) || as_good(new, *old) {
+                if other_kind(new, *old) || as_good(new, *old) {
                     let mut other = set.clone();
                     other[place] = new;
                     other.sort_unstable();

@@ -390,6 +390,11 @@ impl Form {
         self.sample().offset
     }
 
+    /// True if it takes the place of a term of the model.
+    pub(crate) fn replaces_a_term(&self) -> bool {
+        !self.sample().replaces.is_empty()
+    }
+
     /// What it adds at the first point of its grid.
     fn sample(&self) -> Addition {
         self.addition(&self.inner.iter().filter_map(|i| i.grid.first().copied()).collect::<Vec<f64>>())
