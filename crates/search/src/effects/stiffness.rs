@@ -61,7 +61,7 @@ fn power_law(frame: &Frame, forms: &mut Vec<Form>) {
 
 /// Springs that stand across the motion, beside the one along it: a snap-through truss, an isolator of next to no stiffness.
 fn oblique(frame: &Frame, forms: &mut Vec<Form>) {
-    // Springs that stand twice as high as the motion goes are a cubic spring but for a thousandth of their force.
+    // Springs that stand a quarter higher than the motion goes are a cubic spring but for six thousandths of their force.
     let reach = frame.reach.max(f64::MIN_POSITIVE);
     let frame = frame.clone();
     forms.push(Form {
@@ -73,7 +73,7 @@ fn oblique(frame: &Frame, forms: &mut Vec<Form>) {
         form: frame.form.clone(),
         site: Some(frame.site),
         coefficients: vec![Coefficient { restoring: true, ..coefficient("k_g", 1, -2, Direction::Any) }],
-        inner: vec![Inner::new("h", (1, 0), logarithmic(0.1 * reach, 1.8 * reach, 9), (0.02 * reach, 2.0 * reach))],
+        inner: vec![Inner::new("h", (1, 0), logarithmic(0.1 * reach, 1.15 * reach, 9), (0.02 * reach, 1.25 * reach))],
         contains: &["cubic_stiffness", "quintic_stiffness"],
         axis: ForceAxis::Displacement,
         build: shared(move |inner| {
