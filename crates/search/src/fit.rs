@@ -103,6 +103,12 @@ impl Fitted {
         }
     }
 
+    /// Log of how much likelier the data fitted are under this fit than under another of them, white noise of the size of each one's
+    /// residuals given.
+    pub(super) fn likelier(&self, than: &Self) -> f64 {
+        0.5 * self.refined.samples as f64 * (than.refined.rss / self.refined.rss).ln()
+    }
+
     /// RMS of the residuals, initial values allowed for.
     pub(super) fn error(&self) -> f64 {
         let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);

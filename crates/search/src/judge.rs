@@ -98,9 +98,8 @@ impl Constants {
     fn makes_up(&self, set: &Hypothesis, other: &Hypothesis, explained: bool) -> bool {
         let (own, others) = (&set.fitted, &other.fitted);
         let speaks = if explained {
-            let likelier = 0.5 * own.refined.samples as f64 * (others.refined.rss / own.refined.rss).ln();
             let lead = if own.refitted.is_empty() { other.sum() - set.sum() } else { 0.0 };
-            own.composition.parameters() <= others.composition.parameters() && likelier > lead
+            own.composition.parameters() <= others.composition.parameters() && own.likelier(others) > lead
         } else {
             self.unseen_ratio * own.error() < others.error()
         };

@@ -451,9 +451,7 @@ impl Search {
             other.unborne.is_some() && other.fitted.level == WHOLE && contains(&other.forms, &set.forms, &tried.forms)
         });
         let least = more.min_by(|a, b| a.fitted.refined.rss.total_cmp(&b.fitted.refined.rss))?;
-        let (own, lower) = (&set.fitted.refined, &least.fitted.refined);
-        let lead = 0.5 * own.samples as f64 * (own.rss / lower.rss).ln();
-        (lead > self.data.constants.lead).then_some(&least.fitted)
+        (least.fitted.likelier(&set.fitted) > self.data.constants.lead).then_some(&least.fitted)
     }
 
     /// A fit begun anew along short stretches that grow to whole records; none where those are left with as much.
