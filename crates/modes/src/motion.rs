@@ -2,8 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use sindyscope_fourier::Complex;
 
 use super::measurement::Quantity;
 
@@ -45,7 +44,6 @@ pub(crate) fn reconstructed(
     let wanted = (PAD_SHARE * n as f64).max(PAD_PERIODS / (slowest * interval));
     let pad = (wanted as usize).clamp(8, n - 1);
     let length = (n + 2 * pad).next_multiple_of(2);
-    let planner = &mut RealFftPlanner::<f64>::new();
     // A length of small factors only.
     let length = (length..).find(|l| smooth(*l)).unwrap_or(length);
     let mut time = vec![0.0; length];
@@ -67,8 +65,8 @@ pub(crate) fn reconstructed(
         *slot = value * fade;
         weights += if at < -(pad as isize) || beyond >= pad as isize { 0.0 } else { fade * fade };
     }
-    let forward = planner.plan_fft_forward(length);
-    let inverse = planner.plan_fft_inverse(length * PARTS);
+    let forward = sindyscope_fourier::forward(length);
+    let inverse = sindyscope_fourier::inverse(length * PARTS);
     let mut lines = forward.make_output_vec();
     if forward.process(&mut time, &mut lines).is_err() {
         return PlaceMotion { displacement: vec![0.0; n * PARTS], velocity: vec![0.0; n * PARTS] };

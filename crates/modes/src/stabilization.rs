@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, SymmetricEigen};
-use realfft::RealFftPlanner;
 
 use super::cluster::{PoleCluster, clusters};
 use super::limits::{
@@ -208,7 +207,7 @@ fn spectra(series: &[SensorSeries]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let wanted = (2 * longest.len() / (SPECTRUM_SEGMENTS + 1)).min(SPECTRUM_SAMPLES);
     let length = (wanted / 2 * 2).max(16);
     let sensors = longest.outputs.len();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = sindyscope_fourier::forward(length);
     let window: Vec<f64> = (0..length).map(|k| 0.5 - 0.5 * (TAU * k as f64 / length as f64).cos()).collect();
     let lines = length / 2 + 1;
     let mut matrices = vec![DMatrix::<Complex<f64>>::zeros(sensors, sensors); lines];

@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use sindyscope_fourier::Complex;
 
 use crate::sampling::resample;
 use sindyscope_values::record::{Channel, Record, Role};
@@ -50,7 +49,7 @@ pub(super) fn delay(record: &Record, role: Role) -> Option<Delay> {
         last.im = 0.0;
     }
     let length = 2 * (cross.len() - 1);
-    let back = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+    let back = sindyscope_fourier::inverse(length);
     let mut correlation = back.make_output_vec();
     back.process(&mut cross, &mut correlation).ok()?;
     // Late by a quarter of the record at most; beyond it the parts that overlap are short.
@@ -70,7 +69,7 @@ pub(super) fn delay(record: &Record, role: Role) -> Option<Delay> {
 fn spectrum(values: &[f64]) -> Option<Vec<Complex<f64>>> {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n.max(1) as f64;
-    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(2 * n.max(1));
+    let forward = sindyscope_fourier::forward(2 * n.max(1));
     let mut padded = forward.make_input_vec();
     for (k, (slot, value)) in padded.iter_mut().zip(values).enumerate() {
         *slot = (value - mean) * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos());

@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use realfft::RealFftPlanner;
-
 /// Continuation of a record beyond its ends, in periods of the lowest corner frequency.
 const CONTINUATION_PERIODS: f64 = 6.0;
 
@@ -53,8 +51,7 @@ fn weighed(values: &[f64], interval: f64, lowest: f64, gain: &dyn Fn(f64) -> f64
     let (left, right) = (whole[0], whole[count - 1]);
     let line = |k: usize| left + (right - left) * k as f64 / (count - 1) as f64;
     whole.iter_mut().enumerate().for_each(|(k, v)| *v -= line(k));
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(count), planner.plan_fft_inverse(count));
+    let (forward, back) = (sindyscope_fourier::forward(count), sindyscope_fourier::inverse(count));
     let mut lines = forward.make_output_vec();
     if forward.process(&mut whole, &mut lines).is_err() {
         return values.to_vec();

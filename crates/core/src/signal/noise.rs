@@ -2,8 +2,6 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use realfft::RealFftPlanner;
-
 use super::spectrum::fast_length;
 
 /// Fewest samples of which a spectrum is cut into bands: shorter records have too few lines in each.
@@ -46,7 +44,7 @@ fn by_floor(samples: &[f64]) -> Option<f64> {
     let n = samples.len();
     let mean = samples.iter().sum::<f64>() / n as f64;
     let length = fast_length(n);
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = sindyscope_fourier::forward(length);
     let mut windowed = transform.make_input_vec();
     let mut weights = 0.0;
     for (k, (slot, value)) in windowed.iter_mut().zip(samples).enumerate() {

@@ -2,10 +2,8 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
-use std::sync::Arc;
 
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use sindyscope_fourier::{Complex, Forward, Inverse};
 use statrs::function::erf::erfc;
 
 use super::SavitzkyGolay;
@@ -27,8 +25,8 @@ pub(super) struct Spectral {
     length: f64,
     /// What passes of each line, over the number of lines.
     gains: Vec<f64>,
-    there: Arc<dyn RealToComplex<f64>>,
-    back: Arc<dyn ComplexToReal<f64>>,
+    there: Forward,
+    back: Inverse,
 }
 
 impl fmt::Debug for Spectral {
@@ -41,7 +39,6 @@ impl Spectral {
     /// The low-pass of records of `samples` (at least 3) that lets half the amplitude of `length` samples a period through.
     pub(super) fn new(samples: usize, length: f64) -> Self {
         let count = round(samples, length);
-        let mut planner = RealFftPlanner::<f64>::new();
         let half = length.recip();
         let gain = |k: usize| {
             let frequency = k as f64 / count as f64;
@@ -51,8 +48,8 @@ impl Spectral {
             samples,
             length,
             gains: (0..=count / 2).map(gain).collect(),
-            there: planner.plan_fft_forward(count),
-            back: planner.plan_fft_inverse(count),
+            there: sindyscope_fourier::forward(count),
+            back: sindyscope_fourier::inverse(count),
         }
     }
 
@@ -136,7 +133,7 @@ impl Around {
 pub(super) fn noise_edge(samples: &[f64], noise: f64) -> f64 {
     let count = round(samples.len(), 5.0);
     let mut values = Around::new(samples, 5.0, count).values;
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(count);
+    let transform = sindyscope_fourier::forward(count);
     let mut lines = transform.make_output_vec();
     if transform.process(&mut values, &mut lines).is_err() {
         return 3.0;

@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-
 use super::mean_and_variance;
 
 /// Fewest samples that have a spectrum.
@@ -45,7 +43,7 @@ impl Spectrum {
             return None;
         }
         let length = fast_length(n);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = sindyscope_fourier::forward(length);
         let mut windowed = transform.make_input_vec();
         let mut weight_sum = 0.0;
         for (k, (slot, value)) in windowed.iter_mut().zip(values).enumerate() {

@@ -3,8 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{SMatrix, SVector};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use sindyscope_fourier::Complex;
 
 use sindyscope_core::signal::Spectrum;
 use sindyscope_core::study::{Outcome, RecordOutcome};
@@ -137,7 +136,7 @@ impl FrequencyResponse {
         let wanted = 2 * longest.input.len() / (averages + 1);
         let length = (wanted / 2 * 2).max(FEWEST);
         let alike = drives.iter().filter(|d| d.input.len() >= length && (d.interval / interval - 1.0).abs() < 1e-6);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = sindyscope_fourier::forward(length);
         let window: Vec<f64> = (0..length).map(|k| 0.5 - 0.5 * (TAU * k as f64 / length as f64).cos()).collect();
         let lines = length / 2 + 1;
         let mut measured = Power::new(lines);

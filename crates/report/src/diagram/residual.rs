@@ -1,6 +1,6 @@
 //! What a residual still tells: its distribution, and what it goes with.
 
-use realfft::RealFftPlanner;
+use sindyscope_fourier::{Complex, Forward, Inverse};
 
 use super::element::equation_residual;
 use sindyscope_core::signal::{Bins, mean_and_variance};
@@ -241,41 +241,41 @@ fn histogram(values: &[f64]) -> Histogram {
 struct Transform {
     samples: usize,
     length: usize,
-    planner: RealFftPlanner<f64>,
+    forward: Forward,
+    inverse: Inverse,
 }
 
-type Lines = Vec<realfft::num_complex::Complex<f64>>;
+type Lines = Vec<Complex<f64>>;
 
 impl Transform {
     fn new(samples: usize) -> Option<Self> {
         let length = (2 * samples).checked_next_power_of_two()?;
-        Some(Self { samples, length, planner: RealFftPlanner::new() })
+        let (forward, inverse) = (sindyscope_fourier::forward(length), sindyscope_fourier::inverse(length));
+        Some(Self { samples, length, forward, inverse })
     }
 
     /// The transform of a series without its mean, scaled to variance one.
     fn lines(&mut self, series: &[f64]) -> Option<Lines> {
-        let forward = self.planner.plan_fft_forward(self.length);
         let (mean, variance) = mean_and_variance(series);
         let scale = 1.0 / (variance * self.samples as f64).sqrt();
-        let mut padded = forward.make_input_vec();
+        let mut padded = self.forward.make_input_vec();
         for (slot, value) in padded.iter_mut().zip(series) {
             *slot = scale * (value - mean);
         }
-        let mut lines = forward.make_output_vec();
-        forward.process(&mut padded, &mut lines).ok()?;
+        let mut lines = self.forward.make_output_vec();
+        self.forward.process(&mut padded, &mut lines).ok()?;
         Some(lines)
     }
 
     /// Correlation of `first` with what comes `lag` samples later in `second`, for lags of −`most` to `most`.
     fn correlation(&mut self, first: &Lines, second: &Lines, most: usize) -> Option<Vec<f64>> {
-        let inverse = self.planner.plan_fft_inverse(self.length);
         let mut product: Lines = first.iter().zip(second).map(|(a, b)| a.conj() * b / self.length as f64).collect();
         // Rounding leaves traces where a real signal's lines are real.
         for end in [0, product.len() - 1] {
             product[end].im = 0.0;
         }
-        let mut out = inverse.make_output_vec();
-        inverse.process(&mut product, &mut out).ok()?;
+        let mut out = self.inverse.make_output_vec();
+        self.inverse.process(&mut product, &mut out).ok()?;
         let negative = out[self.length - most..].iter();
         Some(negative.chain(&out[..=most]).copied().collect())
     }

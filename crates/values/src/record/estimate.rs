@@ -7,8 +7,6 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-
 use super::types::{Channel, Role};
 
 /// Periods of the slowest motion that a record must hold for it to be seen.
@@ -186,7 +184,7 @@ fn slowest(values: &[f64], inputs: &[&[f64]], interval: f64) -> f64 {
 /// Power of each line of a series under a Hann window.
 fn power(values: &[f64]) -> Option<Vec<f64>> {
     let n = values.len();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let transform = sindyscope_fourier::forward(n);
     let mut windowed: Vec<f64> =
         values.iter().enumerate().map(|(k, v)| v * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos())).collect();
     let mut lines = transform.make_output_vec();
