@@ -820,7 +820,14 @@ fn every_sample_opens() {
         (Sample::Joint, 3),
     ] {
         let window = Window::open(start(Source::Sample(sample)));
-        assert_eq!(window.app().outcome().expect("fitted").records.len(), records, "{sample:?}");
+        let found = &window.app().outcome().expect("fitted").records;
+        assert_eq!(found.len(), records, "{sample:?}");
+        for usage in [Usage::Fit, Usage::HeldOut] {
+            assert!(
+                found.iter().any(|r| r.usage == usage && r.record.len() > 100),
+                "{sample:?}: no record is {usage:?}"
+            );
+        }
     }
 }
 

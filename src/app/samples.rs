@@ -238,15 +238,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_sample_has_its_own_name_and_records_to_fit_and_to_check() {
-        let mut names = BTreeSet::new();
-        for sample in Sample::all() {
-            assert!(names.insert(sample.label()), "{sample:?}");
-            let reading = ReadOptions { kind: sample.kind(), ..ReadOptions::default() };
-            let (_, set) = sample.records(&reading).unwrap_or_else(|e| panic!("{sample:?}: {e:?}"));
-            for usage in [Usage::Fit, Usage::HeldOut] {
-                assert!(set.entries.iter().any(|(record, of)| *of == usage && record.len() > 100), "{sample:?}");
-            }
-        }
+    fn every_sample_has_its_own_name() {
+        let names: BTreeSet<&str> = Sample::all().map(Sample::label).collect();
+        assert_eq!(names.len(), Sample::all().count());
     }
 }

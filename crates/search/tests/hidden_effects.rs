@@ -194,18 +194,21 @@ fn a_case_of_another_regime_is_drawn_with_its_base_and_diagnosed() {
 }
 
 #[test]
+#[ignore = "half a minute on two cores, run with the studies in the profile `study`"]
 fn static_friction_is_not_taken_for_stribeck_friction_whose_limit_it_is() {
     let found = named_alone(&in_regime(Regime::Sticking, 5)[4], "static_friction");
     assert!(found.last < 1.1, "{} noises", found.last);
 }
 
 #[test]
+#[ignore = "half a minute on two cores, run with the studies in the profile `study`"]
 fn what_a_rough_input_does_between_samples_is_given_no_name() {
     // A control that hears the sensor's noise, around a mass that rubs.
     named_alone(&in_regime(Regime::ClosedLoop, 7)[6], "coulomb_friction");
 }
 
 #[test]
+#[ignore = "half a minute on two cores, run with the studies in the profile `study`"]
 fn what_differs_by_no_more_than_the_input_between_samples_is_called_by_the_simpler_name() {
     // Few samples a period, light damping: one stop more or less makes Stribeck friction seem to fit better.
     named_alone(&in_regime(Regime::LightDamping, 6)[5], "coulomb_friction");
@@ -226,6 +229,7 @@ fn two_effects_that_only_stand_together_are_both_named() {
 }
 
 #[test]
+#[ignore = "half a minute on two cores, run with the studies in the profile `study`"]
 fn a_record_that_friction_held_still_has_its_place_among_the_others() {
     // Without friction the first level's base would move the mass further than ten times what was measured there.
     named_alone(&in_regime(Regime::Wide, 5)[4], "stribeck_friction");
@@ -335,6 +339,7 @@ fn a_relaxation_whose_time_is_in_doubt_is_not_refused_for_it() {
 }
 
 #[test]
+#[ignore = "half a minute on two cores, run with the studies in the profile `study`"]
 fn by_accelerations_alone_friction_between_two_masses_is_not_taken_for_static_friction() {
     // A state that is estimated without the model lies beyond stops that no slope leads across.
     assert!(draw(2, SensedMotion::Acceleration, false, 8) == Some(Found::Right));
