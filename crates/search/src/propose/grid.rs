@@ -1,0 +1,182 @@
+//! The grid of each effect's inner quantities, and a finer one about what the best sets hold.
+
+use std::collections::HashMap;
+
+use super::gram::Gram;
+use super::sets::best_of;
+use super::{FoundSets, GridPoint, GridStep, Score, SetRegression};
+use crate::constants::LARGEST_SET;
+use crate::effects::{ForceAxis, Form};
+use sindyscope_core::parallel::prelude::*;
+
+/// Rounds of a finer grid about what the best sets hold: each makes its step a third, and a ninth is near enough for a fit.
+const ZOOMS: usize = 2;
+
+impl SetRegression<'_> {
+    /// The best points of every form's grid, with their columns in the pool.
+    pub(super) fn points(&mut self) -> Vec<GridPoint> {
+        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let of_base: Vec<usize> = (1..self.pool.len()).collect();
+        let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
+        let grid: Vec<(usize, Vec<f64>, Vec<GridStep>)> = self
+            .forms
+            .iter()
+            .enumerate()
+            .filter(|(_, form)| !form.is_outside())
+            .flat_map(|(k, form)| {
+                let steps = steps(form);
+                form.grid().into_iter().map(move |inner| (k, inner, steps.clone()))
+            })
+            .collect();
+        let preloads = self.zeros();
+        let preloaded = base.beside(&self.pool.iter().map(Vec::as_slice).collect::<Vec<_>>(), &preloads);
+        // What it leaves beside the base, and beside a constant force too: under a load a contact lies elsewhere.
+        type Built = ([f64; 2], Vec<Vec<f64>>, GridPoint);
+        let built: Vec<Built> = grid
+            .into_par_iter()
+            .filter(|_| !self.cancel.is_cancelled())
+            .filter_map(|(form, inner, step)| {
+                let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
+                let beside = |base: &Gram, further: &[Vec<f64>]| {
+                    self.left_beside((base, further), &columns, (&replaces, rewrites), form)
+                };
+                // Only what depends on the displacement has a place that a load moves.
+                let moves = self.forms[form].axis == ForceAxis::Displacement;
+                let under_load = if moves { beside(&preloaded, &preloads) } else { None };
+                let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
+                let remembers = !self.forms[form].addition(&inner).internals.is_empty();
+                let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
+                // What takes the place of a term may leave more than it alone, and less beside what else is missing.
+                let exchanged = !point.replaces.is_empty() && left[0].is_finite();
+                // What is met often may be nothing alone, or act the wrong way round, and be right beside another effect: a steady
+                // force beside the sine of an angle whose zero is open, friction beside a spring that is none.
+                let asked = self.forms[form].is_common();
+                (left[0] < alone || left[1] < alone || exchanged || asked).then_some((left, columns, point))
+            })
+            .collect();
+        let constants = &self.data.constants;
+        let mut kept: Vec<Built> = Vec::new();
+        for form in 0..self.forms.len() {
+            let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
+            let mut own: Vec<&Built> = Vec::new();
+            for (beside, count) in [(0, constants.grid_points), (1, constants.grid_points.div_ceil(3))] {
+                let mut sorted = of_form.clone();
+                sorted.retain(|b| b.0[beside].is_finite() || beside == 0 && b.0[1].is_infinite());
+                sorted.sort_by(|a, b| a.0[beside].total_cmp(&b.0[beside]));
+                let further = sorted.into_iter().take(count);
+                own.extend(further.filter(|b| !own.iter().any(|o| std::ptr::eq(*o, *b))).collect::<Vec<_>>());
+            }
+            kept.extend(own.into_iter().cloned());
+        }
+        kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
+    }
+
+    fn admit(&mut self, columns: Vec<Vec<f64>>, point: GridPoint) -> GridPoint {
+        let from = self.pool.len();
+        columns.into_iter().for_each(|c| self.push(c));
+        GridPoint { columns: from..self.pool.len(), ..point }
+    }
+
+    /// What one effect's columns leave beside the base's and further ones, of which the products are given; none where its signs
+    /// are wrong.
+    fn left_beside(
+        &self,
+        (base, further): (&Gram, &[Vec<f64>]),
+        columns: &[Vec<f64>],
+        (replaces, rewrites): (&[usize], usize),
+        form: usize,
+    ) -> Option<f64> {
+        let before: Vec<&[f64]> = self.pool[..self.base.len()].iter().chain(further).map(Vec::as_slice).collect();
+        let gram = base.beside(&before, columns);
+        let chosen: Vec<usize> = (1..before.len() + columns.len()).filter(|k| !replaces.contains(k)).collect();
+        let own = chosen.len() - columns.len() + rewrites;
+        let solution = gram.solve(&chosen)?;
+        self.signs_hold(form, &solution.coefficients[own..]).then_some(solution.left)
+    }
+
+    /// Makes the grid finer, round by round, about what the best sets hold.
+    pub(super) fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
+        for _ in 0..ZOOMS {
+            if !self.cancel.is_cancelled() {
+                self.look_between(points, found, beam, by);
+            }
+        }
+    }
+
+    /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
+    fn look_between(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
+        let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
+        let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
+        for p in sets.iter().flatten() {
+            if about.contains_key(p) || points[*p].inner.is_empty() || self.cancel.is_cancelled() {
+                continue;
+            }
+            let new = between(&points[*p], &self.forms[points[*p].form]);
+            let made: Vec<_> = new
+                .into_par_iter()
+                .map(|(inner, step)| {
+                    let (columns, replaces, rewrites) = self.of_form(&self.forms[points[*p].form], &inner);
+                    let GridPoint { form, remembers, .. } = points[*p];
+                    let point =
+                        GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
+                    (columns, point)
+                })
+                .collect();
+            let mut own = Vec::new();
+            for (columns, point) in made {
+                let point = self.admit(columns, point);
+                own.push(points.len());
+                points.push(point);
+            }
+            about.insert(*p, own);
+        }
+        let gram = self.gram();
+        let mut nearer: Vec<Vec<usize>> = Vec::new();
+        for set in &sets {
+            for (place, p) in set.iter().enumerate() {
+                for new in about.get(p).into_iter().flatten() {
+                    let mut changed = set.clone();
+                    changed[place] = *new;
+                    nearer.push(changed);
+                }
+            }
+        }
+        self.note(&gram, points, nearer, found, by);
+    }
+}
+
+/// The steps of a form's grid.
+fn steps(form: &Form) -> Vec<GridStep> {
+    let of = |grid: &[f64]| {
+        let [.., a, b] = grid else { return GridStep::Even(0.0) };
+        match grid {
+            [first, second, ..]
+                if *first > 0.0 && grid.len() > 2 && ((second / first) / (b / a) - 1.0).abs() < 1e-6 =>
+            {
+                GridStep::Ratio(b / a)
+            }
+            _ => GridStep::Even(b - a),
+        }
+    };
+    form.inner.iter().map(|inner| of(&inner.grid)).collect()
+}
+
+/// Points between a point and its neighbours, one inner quantity at a time, with finer steps.
+fn between(point: &GridPoint, form: &Form) -> Vec<(Vec<f64>, Vec<GridStep>)> {
+    let mut out = Vec::new();
+    for (k, quantity) in form.inner.iter().enumerate() {
+        for share in [-2.0 / 3.0, -1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0] {
+            let (mut inner, mut step) = (point.inner.clone(), point.step.clone());
+            let (value, finer) = match step[k] {
+                GridStep::Even(d) => (inner[k] + share * d, GridStep::Even(d / 3.0)),
+                GridStep::Ratio(d) => (inner[k] * d.powf(share), GridStep::Ratio(d.powf(1.0 / 3.0))),
+            };
+            let (low, high) = quantity.bounds;
+            if value > low && value < high && value != inner[k] {
+                (inner[k], step[k]) = (value, finer);
+                out.push((inner, step));
+            }
+        }
+    }
+    out
+}
