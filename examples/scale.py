@@ -4,8 +4,8 @@
     python3 examples/scale.py [CASES [FOLDER]]
 
 The virtual rig draws CASES plants (300 unless told), each of which hides one effect of the catalogue, drawn blind, and records them with noise of
-1 % of the peak. `sindyscope batch --diagnose` names the effects: a part of the cases with one process on one core, then all with two processes on a
-core each (`--part 1/2`, `--part 2/2`), as the tasks of a job array would. Both write into FOLDER (a temporary one unless told); run again, it goes on
+1 % of the peak. `sindyscope batch --diagnose` names the effects: a part of the cases with one process on one core, then the same part and at last all
+with two processes on a core each (`--part 1/2`, `--part 2/2`), as the tasks of a job array would. Both write into FOLDER (a temporary one unless told); run again, it goes on
 where it was, but what was done before is not measured again, so the figures need a folder of their own.
 
 The program is `sindyscope`, or what the environment's SINDYSCOPE names: an optimised build. Needs Linux, Python 3.9 or later and nothing else.
@@ -78,14 +78,19 @@ def study(folder, count):
     with ThreadPoolExecutor(len(available)) as together:
         cases = list(together.map(lambda seed: draw(folder, seed), range(1, count + 1)))
     few = cases[: max(2, round(ALONE * count))]
-    alone, work_alone, memory = run(available[:1], folder, listed(folder, "alone.csv", few), "one.csv")
-    both, work_both, memory_both = run(available[:2], folder, listed(folder, "list.csv", cases), "two.csv")
-    rows = table(folder, folder / "list.csv", "two.csv")
+    of_few, of_all = listed(folder, "few.csv", few), listed(folder, "list.csv", cases)
+    one = run(available[:1], folder, of_few, "one.csv")
+    # Cases differ: what a second process costs shows where both did the same ones. Of all, these are done then.
+    two = run(available[:2], folder, of_few, "two.csv")
+    rest = run(available[:2], folder, of_all, "two.csv")
+    rows = table(folder, of_all, "two.csv")
     # The same few, done once more by two: what one process alone found must stand there too.
-    apart = table(folder, folder / "alone.csv", "one.csv")
+    apart = table(folder, of_few, "one.csv")
     if [dict(row) for row in rows[: len(few)]] != [{name: row.get(name, "") for name in rows[0]} for row in apart]:
         sys.exit("one process and two found different things")
-    return rows, (alone / len(few), work_alone / len(few)), (2 * both / count, work_both / count), max(memory, memory_both)
+    seconds = [(cores * spent / cases, work / cases) for cores, cases, (spent, work, _) in ((1, len(few), one), (2, len(few), two))]
+    seconds.append((2 * (two[0] + rest[0]) / count, (two[1] + rest[1]) / count))
+    return rows, len(few), seconds, max(memory for *_, memory in (one, two, rest))
 
 
 def extrapolated(seconds):
@@ -98,14 +103,15 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(sys.argv[2]) if len(sys.argv) > 2 else Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        rows, (one, work_one), (two, work_two), memory = study(folder, count)
+        rows, few, ((one, work_one), (same, work_same), (two, work_two)), memory = study(folder, count)
     first = [row["effects"].split(", ")[0] == row["hidden"] for row in rows]
     among = [row["hidden"] in f"{row['effects']}, {row['indistinguishable']}".split(", ") for row in rows]
     verdicts = sorted({row["verdict"] or row["status"] for row in rows})
     lines = [
         ("cases", str(count)),
-        ("one process on one core, a case", f"{one:.2f} s, of which {work_one:.2f} s of processor"),
-        ("two processes on a core each, a case and core", f"{two:.2f} s, of which {work_two:.2f} s of processor"),
+        (f"one process on one core, a case of the first {few}", f"{one:.2f} s, of which {work_one:.2f} s of processor"),
+        ("two processes on a core each, a case of these and core", f"{same:.2f} s, of which {work_same:.2f} s of processor"),
+        ("the same, a case of all and core", f"{two:.2f} s, of which {work_two:.2f} s of processor"),
         ("memory of a worker, at most", f"{memory / 2**20:.0f} MB"),
         (f"{STUDY:,} cases on {CORES} cores, by two processes", extrapolated(two)),
         ("the same on cores that nothing else uses", extrapolated(work_two)),
