@@ -1,6 +1,7 @@
 //! What the data can show at all, asked before any fit.
 
 use super::data::{Data, RecordSeries};
+use super::folds::LeftOut;
 use super::outcome::Blind;
 use sindyscope_core::signal::{Spectrum, rms};
 
@@ -64,15 +65,18 @@ impl Data {
             );
         }
         if self.held_out().is_empty() {
-            notices.push(match fit.len() {
-                1 => {
-                    let left_out = self.left_out(fit[0].len() as f64 * fit[0].interval);
-                    let parts =
-                        left_out.iter().map(|(from, to)| format!("from {:.0} to {:.0} %", 1e2 * from, 1e2 * to));
+            notices.push(match self.left_out() {
+                LeftOut::Parts(parts) => {
+                    let parts = parts.iter().map(|(from, to)| format!("from {:.0} to {:.0} %", 1e2 * from, 1e2 * to));
                     let parts = parts.collect::<Vec<String>>().join(" and ");
                     format!("No record is held out: what lies {parts} of the record judges a fit to the rest.")
                 }
-                n => format!("No record is held out: each of the {n} in turn judges a fit to the others."),
+                LeftOut::Thirds => {
+                    "No record is held out: a third of each in turn judges a fit to the rest.".to_owned()
+                }
+                LeftOut::Records => {
+                    format!("No record is held out: each of the {} in turn judges a fit to the others.", fit.len())
+                }
             });
         }
         Audit { single_tone, blind, notices }

@@ -162,12 +162,6 @@ pub(super) fn of_first(runs: &[Run], residuals: &[Vec<f64>]) -> (f64, usize) {
 
 /// Least width of a secant, as a share of the motion's RMS.
 const SECANT: f64 = 1e-3;
-/// Parts of a single record that judge a fit to the rest, as shares of its length: in a decay or a sweep its beginning, its
-/// middle and its end each tell what the others cannot.
-const LEFT_OUT: [(f64, f64); 2] = [(0.2, 0.35), (0.65, 0.8)];
-/// The part of a record that is too short for those: its end judges.
-const LEFT_OUT_AT_END: [(f64, f64); 1] = [(0.7, 1.0)];
-
 /// The derivative of a term, where it is a constant.
 fn slope(term: &Placed, symbol: Symbol) -> f64 {
     match derivative(term.term.expression(), symbol) {
@@ -221,43 +215,6 @@ impl Data {
     /// The fitted records, each as one run.
     pub(super) fn whole(&self) -> Vec<Run> {
         self.fit().iter().map(RecordSeries::run).collect()
-    }
-
-    /// The parts of a single record of this duration that judge a fit to the rest, as shares of its length.
-    pub(super) fn left_out(&self, duration: f64) -> &'static [(f64, f64)] {
-        let shortest = LEFT_OUT.iter().map(|(from, to)| (to - from) * duration).fold(f64::INFINITY, f64::min);
-        if shortest < self.constants.left_out_periods * self.period { &LEFT_OUT_AT_END } else { &LEFT_OUT }
-    }
-
-    /// The records (or parts of one) that are fitted and those that judge, one pair a fold.
-    pub(super) fn folds(&self) -> Vec<(Vec<Run>, Vec<Run>)> {
-        let fit = self.whole();
-        if !self.held_out().is_empty() {
-            return Vec::new();
-        }
-        let numbered = |runs: Vec<Run>| -> Vec<Run> {
-            runs.into_iter().enumerate().map(|(record, run)| Run { record, ..run }).collect()
-        };
-        if let [single] = fit.as_slice() {
-            let n = single.range.len() as f64;
-            let at = |share: f64| (share * n) as usize;
-            let left_out = self.left_out(n * single.grid.interval());
-            let test = left_out.iter().map(|(from, to)| single.part(at(*from)..at(*to))).collect();
-            let starts = std::iter::once(0.0).chain(left_out.iter().map(|(_, to)| *to));
-            let ends = left_out.iter().map(|(from, _)| *from).chain([1.0]);
-            let rest = starts.zip(ends).map(|(from, to)| single.part(at(from)..at(to)));
-            let train = rest.filter(|run| !run.range.is_empty()).collect();
-            return vec![(train, test)];
-        }
-        let groups = fit.len().min(4);
-        (0..groups)
-            .map(|g| {
-                let (test, train): (Vec<_>, Vec<_>) =
-                    fit.iter().cloned().enumerate().partition(|(k, _)| k % groups == g);
-                let runs = |list: Vec<(usize, Run)>| numbered(list.into_iter().map(|(_, run)| run).collect());
-                (runs(train), runs(test))
-            })
-            .collect()
     }
 
     /// Follows records that were not fitted with the parameters as they are: what each has of its own is fitted.

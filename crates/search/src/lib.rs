@@ -37,6 +37,7 @@ mod error;
 mod evidence;
 mod experiment;
 mod fit;
+mod folds;
 mod found;
 mod guide;
 mod judge;

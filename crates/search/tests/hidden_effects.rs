@@ -6,11 +6,13 @@
 
 mod study;
 
-use sindyscope_rig::NoiseKind;
+use sindyscope_core::study::Cancel;
 use sindyscope_rig::hidden::{
-    ExcitationKind, Instruments, Regime, SensedMotion, names, outside_names, pairs, possible,
+    ExcitationKind, HIDDEN_SCENARIO, Instruments, Regime, SensedMotion, names, outside_names, pairs, possible,
 };
-use sindyscope_search::{Site, Verdict};
+use sindyscope_rig::{Noise, NoiseKind, ScenarioOptions, generate};
+use sindyscope_search::{Ask, Search, Site, Verdict};
+use sindyscope_values::record::{RecordSet, Usage};
 use study::experiments::{self, Outcome};
 use study::places::{Found, draw, two_contacts};
 use study::two_masses;
@@ -280,6 +282,18 @@ fn a_record_of_few_periods_names_what_it_shows() {
     // A part left out is shorter than two periods: a state estimated over a whole one before it took the damper for the spring's.
     let found = run(&of_few_periods(5, &[vec!["bilinear_stiffness".to_owned()]], 2..3)[0]).unwrap();
     assert_eq!(found.steps, ["bilinear_stiffness"], "{:?}: {:?}", found.verdict, found.ranking);
+}
+
+#[test]
+fn a_record_that_alone_goes_beyond_the_others_is_foreseen_from_parts_of_all() {
+    // The mass hardly touches the stop but in the second of three records: a fit to the others runs away along that.
+    let noise = Some(Noise::ShareOfPeak(0.01));
+    let options = ScenarioOptions { seed: 238, noise, ..ScenarioOptions::default() };
+    let records = RecordSet::new(generate(HIDDEN_SCENARIO, &options).unwrap().records, Usage::Fit);
+    let search = Search::new(&records, &Ask::default()).unwrap();
+    let diagnosis = search.diagnose(&|_| {}, &Cancel::default()).unwrap();
+    let names: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
+    assert_eq!((names, diagnosis.verdict), (vec!["one_sided_stop"], Verdict::Named));
 }
 
 #[test]
