@@ -10,12 +10,14 @@ from markdown.preprocessors import Preprocessor
 
 def mathml(latex, display):
     """The MathML of a formula; a formula that is none ends the build with its text."""
+    # The converter knows the one and not the other; both line equations up, and neither numbers them.
+    known = latex.strip().replace("{aligned}", "{split}")
     try:
-        html = convert(latex.strip(), display=display)
+        html = convert(known, display=display)
     except Exception as error:
         raise ValueError(f"the formula {latex!r} cannot be read: {error!r}") from error
     # A command that is not known is set as it stands.
-    if "\\" in html or "&#x0005C;" in html:
+    if "\\" in html or "&#x0005C;" in html or "<mi>&</mi>" in html:
         raise ValueError(f"the formula {latex!r} has a command that cannot be set as MathML")
     return html
 
