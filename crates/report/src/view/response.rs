@@ -125,7 +125,8 @@ fn stops(scene: &Scene<'_>) -> Option<Guide> {
         return None;
     }
     let share = 100.0 * scene.record.standing_share();
-    let text = format!("{} stops measured ({share:.0} % of the time), {} simulated", standing.len(), sticks.len());
+    let stops = if standing.len() == 1 { "stop" } else { "stops" };
+    let text = format!("{} {stops} measured ({share:.0} % of the time), {} simulated", standing.len(), sticks.len());
     let spacing = scene.spacing();
     let ends = |r: &std::ops::Range<usize>| (spacing.at(r.start), spacing.at(r.end.saturating_sub(1)));
     Some(Guide::Stretches { tint: Tint::Standing, stretches: standing.iter().take(SHADED).map(ends).collect(), text })
