@@ -355,7 +355,7 @@ fn thinned(
 ) -> Result<(RecordSet, usize), GapError> {
     let fit: Vec<&Arc<Record>> = records.with(Usage::Fit).collect();
     let samples: usize = fit.iter().map(|r| r.len()).sum();
-    let stride = if samples > ample { thinning(&fit).min(samples / (ample / 2).max(1)) } else { 1 };
+    let stride = if samples > ample { thinning(&fit, &check)?.min(samples / (ample / 2).max(1)) } else { 1 };
     let mut set = RecordSet::default();
     for usage in [Usage::Fit, Usage::HeldOut] {
         for record in records.with(usage) {
@@ -507,23 +507,26 @@ fn share_limits(series: &mut [RecordSeries]) {
 }
 
 /// By how much the records can be thinned: so many samples at least are left in a period of their fastest motion.
-fn thinning(records: &[&Arc<Record>]) -> usize {
-    let fastest = records
-        .iter()
-        .flat_map(|r| (0..r.layout(Kind::SecondOrder).freedoms).map(move |i| (r, i)))
-        .filter_map(|(r, i)| {
-            let x = &r.sensor(i)?.values;
-            let spectrum = Spectrum::of_motion(x, r.interval)?;
-            let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
-            let mut sum = 0.0;
-            let line = spectrum.amplitudes.iter().enumerate().skip(1).find(|(_, a)| {
-                sum += **a * **a;
-                sum >= BAND * total
-            })?;
-            Some(spectrum.frequency(line.0) * r.interval)
-        })
-        .fold(0.0, f64::max);
-    if fastest > 0.0 { ((PER_PERIOD * fastest).recip() as usize).max(1) } else { 1 }
+fn thinning(records: &[&Arc<Record>], check: impl Fn() -> Result<(), GapError>) -> Result<usize, GapError> {
+    let of_sensor = |r: &Record, i: usize| {
+        let x = &r.sensor(i)?.values;
+        let spectrum = Spectrum::of_motion(x, r.interval)?;
+        let total: f64 = spectrum.amplitudes.iter().skip(1).map(|a| a * a).sum();
+        let mut sum = 0.0;
+        let line = spectrum.amplitudes.iter().enumerate().skip(1).find(|(_, a)| {
+            sum += **a * **a;
+            sum >= BAND * total
+        })?;
+        Some(spectrum.frequency(line.0) * r.interval)
+    };
+    let mut fastest: f64 = 0.0;
+    for record in records {
+        for sensor in 0..record.layout(Kind::SecondOrder).freedoms {
+            check()?;
+            fastest = fastest.max(of_sensor(record, sensor).unwrap_or(0.0));
+        }
+    }
+    Ok(if fastest > 0.0 { ((PER_PERIOD * fastest).recip() as usize).max(1) } else { 1 })
 }
 
 /// Every `stride`-th sample of every channel behind a low-pass filter: a sinc of eight zero crossings a side under a
