@@ -128,8 +128,8 @@ def on_files(files, config):
                     raise PluginError(f"{file.src_uri}: another page of its folder makes a picture named {picture.name} too")
                 if picture.name in file.content_string:
                     files.append(File.generated(config, beside, abs_src_path=str(picture)))
-    # The window's own pictures are made with the window, that of the odds by a study.
-    names = ("window.png", "map.png", "missing.png", "rig.png", "report.png", "stream.png", "series.png", "web.png", "web-dark.png", "structure-stabilization.png", "structure-stabilization-dark.png", "structure-responses.png", "structure-shapes.png", "structure-shapes-dark.png", "odds.svg")
+    # The window's own pictures are made with the window, that of the odds by a study, that of a notebook of this book.
+    names = ("window.png", "map.png", "missing.png", "rig.png", "report.png", "stream.png", "series.png", "web.png", "web-dark.png", "structure-stabilization.png", "structure-stabilization-dark.png", "structure-responses.png", "structure-shapes.png", "structure-shapes-dark.png", "notebook.png", "odds.svg")
     for name in names:
         files.append(File.generated(config, f"pictures/{name}", abs_src_path=str(root / "assets" / name)))
     return files
