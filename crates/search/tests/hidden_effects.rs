@@ -7,10 +7,11 @@
 mod study;
 
 use sindyscope_core::study::Cancel;
+use sindyscope_rig::NoiseKind;
 use sindyscope_rig::hidden::{
-    ExcitationKind, HIDDEN_SCENARIO, Instruments, Regime, SensedMotion, names, outside_names, pairs, possible,
+    ExcitationKind, HiddenOptions, Instruments, Regime, SensedMotion, hidden_records, names, outside_names, pairs,
+    possible,
 };
-use sindyscope_rig::{Noise, NoiseKind, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Site, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
 use study::experiments::{self, Outcome};
@@ -287,9 +288,8 @@ fn a_record_of_few_periods_names_what_it_shows() {
 #[test]
 fn a_record_that_alone_goes_beyond_the_others_is_foreseen_from_parts_of_all() {
     // The mass hardly touches the stop but in the second of three records: a fit to the others runs away along that.
-    let noise = Some(Noise::ShareOfPeak(0.01));
-    let options = ScenarioOptions { seed: 238, noise, ..ScenarioOptions::default() };
-    let records = RecordSet::new(generate(HIDDEN_SCENARIO, &options).unwrap().records, Usage::Fit);
+    let (records, _) = hidden_records(&HiddenOptions { seed: 238, ..HiddenOptions::default() }).unwrap();
+    let records = RecordSet::new(records, Usage::Fit);
     let search = Search::new(&records, &Ask::default()).unwrap();
     let diagnosis = search.diagnose(&|_| {}, &Cancel::default()).unwrap();
     let names: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
