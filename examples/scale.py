@@ -4,7 +4,7 @@
     python3 examples/scale.py [CASES [FOLDER]]
 
 The virtual rig draws CASES plants (300 unless told), each of which hides one effect of the catalogue, drawn blind, and records them with noise of
-1 % of the peak. `sindyscope batch --diagnose` names the effects: a part of the cases with one process on one core, then the same part and at last all
+1 % of the RMS. `sindyscope batch --diagnose` names the effects: a part of the cases with one process on one core, then the same part and at last all
 with two processes on a core each (`--part 1/2`, `--part 2/2`), as the tasks of a job array would. Both write into FOLDER (a temporary one unless told); run again, it goes on
 where it was, but what was done before is not measured again, so the figures need a folder of their own.
 
