@@ -157,7 +157,7 @@ constants! {
     rows: usize = 4000, POSITIVE, "rows", "time: products of all columns";
     /// Blocks of rows that are left out in turn, about.
     blocks_left_out: usize = 10, FACTOR, "blocks", "ten-fold cross-validation";
-    /// Least length of what is left out to judge the rest: such a block of rows, and a part of a single record.
+    /// Least length of what is left out to judge the rest: such a block of rows, and a part of a record.
     left_out_periods: f64 = 3.0, POSITIVE, "main periods", "its own initial state explains the first ones";
     /// Least length of a spell of rest. Gaps of less than half that are noise of the velocity, and three eighths are left out on
     /// either side of a spell, where the mass is just caught or let go.
