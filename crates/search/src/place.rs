@@ -3,12 +3,13 @@
 use sindyscope_values::format::units::raised;
 use std::f64::consts::TAU;
 
-use super::columns::MotionPath;
+use super::columns::{MotionPath, forces};
 use super::data::{Data, RecordSeries};
 use super::effects::unit;
+use super::fit::Fitted;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
-use super::site::Site;
+use super::site::{Site, accelerations};
 use sindyscope_core::signal::{Bins, Spectrum, VisitMean, mean_and_variance, rms};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::term::Symbol;
@@ -147,6 +148,24 @@ impl Data {
             values: of(&|s, _, k| s.start + s.interval * k as f64),
         });
         list
+    }
+
+    /// What a fitted model lacks of one mass's acceleration along the motion that was smoothed without a model: a series a record.
+    pub(super) fn missing_along_smoothed(&self, fitted: &Fitted, mass: usize) -> Vec<Vec<f64>> {
+        let composed = fitted.composition.compose(&fitted.parameters.inner);
+        let coefficients = &fitted.parameters.coefficients;
+        let of_record = |s: &RecordSeries| {
+            let path = s.path();
+            let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), &path);
+            let there = accelerations(self.masses(), &composed.terms, coefficients, &columns, s.len());
+            let v = &path.v[mass];
+            let lacking = |k: usize| {
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(s.len() - 1));
+                (v[after] - v[before]) / ((after - before) as f64 * s.interval) - there[mass][k]
+            };
+            (0..s.len()).map(lacking).collect()
+        };
+        self.fit().iter().map(of_record).collect()
     }
 
     /// Frequencies that stand out in series along the fitted records, Hz, in order: each with neighbours half a line apart.

@@ -9,7 +9,7 @@ use super::effects::{EffectSetting, Form, Frame, OwnEffect, catalogue, described
 use super::effort::SearchEffort;
 use super::error::GapError;
 use super::evidence::Examined;
-use super::fit::Fitted;
+use super::fit::{Fitted, WHOLE};
 use super::judge::{Hypothesis, judge};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
@@ -376,6 +376,7 @@ impl Search {
         }
         let lead = data.lead(motion);
         let missing = motion.missing_of(lead);
+        let along_smoothed = if fitted.level == WHOLE { Vec::new() } else { data.missing_along_smoothed(fitted, lead) };
         // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
         // amplitude.
         let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained && !data.settles;
@@ -384,6 +385,19 @@ impl Search {
         };
         let free = |mut lines: Vec<f64>, times: &[f64]| {
             lines.retain(|f| !(dies_away && locked(f, times)));
+            lines
+        };
+        // Along short stretches of the simulation the missing force is mostly what corrects their beginnings.
+        let ways = [missing, along_smoothed.iter().map(Vec::as_slice).collect()];
+        let lines = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
+            let series = |way: &Vec<&[f64]>| -> Vec<f64> {
+                let records = way.iter().enumerate();
+                let all: Vec<Vec<f64>> =
+                    records.map(|(r, force)| force.iter().enumerate().map(|(k, f)| of(r, k, *f)).collect()).collect();
+                data.lines(&all.iter().map(Vec::as_slice).collect::<Vec<_>>())
+            };
+            let mut lines: Vec<f64> = ways.iter().flat_map(series).collect();
+            lines.sort_by(f64::total_cmp);
             lines
         };
         EffectSetting {
@@ -396,15 +410,11 @@ impl Search {
             derivatives: data.outputs[0].derivatives(),
             inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
             frequency: data.frequency,
-            lines: free(data.lines(&missing), &[1.0]),
+            lines: free(lines(&|_, _, force| force), &[1.0]),
             pulsations: {
                 let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
-                let product = |r: usize, k: usize| {
-                    missing[r][k] * (motion.measured[r].x[lead][k] - spring(r).map_or(0.0, |u| u[k]))
-                };
-                let products: Vec<Vec<f64>> =
-                    (0..data.fit().len()).map(|r| (0..data.fit()[r].len()).map(|k| product(r, k)).collect()).collect();
-                free(data.lines(&products.iter().map(Vec::as_slice).collect::<Vec<_>>()), &[1.0, 2.0])
+                let across = |r: usize, k: usize| motion.measured[r].x[lead][k] - spring(r).map_or(0.0, |u| u[k]);
+                free(lines(&|r, k, force| force * across(r, k)), &[1.0, 2.0])
             },
             interval: data.fit()[0].interval,
             measured: over(&|r, k| data.fit()[r].measured[0][k]),
