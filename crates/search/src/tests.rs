@@ -84,6 +84,24 @@ fn every_form_builds_at_every_point_of_its_grid() {
 const SHOWN: [(Output, f64); 1] = [(Output::Displacement(0), 1.0)];
 
 #[test]
+fn where_the_base_moves_a_force_is_asked_for_in_the_joint_and_to_the_ground() {
+    let forms = catalogue(&setting(1, true));
+    // What acts through the model's own spring, damper or pivot has no other place.
+    const OF_THE_MODEL: [&str; 5] =
+        ["pendulum_restoring", "parametric_stiffness", "stiffness_drift", "damping_drift", "negative_damping"];
+    // The model of the joint has these already, and a linear spring in it is no other than that.
+    const LINEAR: [&str; 2] = ["viscous_damping", "linear_stiffness"];
+    let mut names: Vec<&str> = forms.iter().filter(|f| f.site == Some(Site::Base(0))).map(|f| f.effect).collect();
+    names.retain(|name| !OF_THE_MODEL.contains(name) && !LINEAR.contains(name));
+    names.sort_unstable();
+    names.dedup();
+    assert!(names.len() > 15 && names.contains(&"bouc_wen_hysteresis"), "{names:?}");
+    for name in names {
+        assert!(forms.iter().any(|f| f.effect == name && f.site == Some(Site::Ground(0))), "{name}");
+    }
+}
+
+#[test]
 fn of_several_masses_every_force_is_asked_for_at_every_place() {
     let forms = catalogue(&setting(2, false));
     for effect in ["coulomb_friction", "cubic_stiffness", "clearance", "bouc_wen_hysteresis"] {

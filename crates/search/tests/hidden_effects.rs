@@ -306,6 +306,12 @@ fn a_harmonic_force_beside_a_resonance_is_found_though_the_base_follows_short_st
 }
 
 #[test]
+fn hysteresis_to_the_ground_is_found_where_the_base_moves() {
+    // Of hysteresis in the joint it would be half: the damping and the spring that a joint does not have stay over.
+    assert_eq!(named_of_blind_draw(257), (vec!["bouc_wen_hysteresis".to_owned()], Verdict::Named));
+}
+
+#[test]
 #[ignore = "three minutes on two cores, in the profile `study`"]
 fn the_study_of_few_periods() {
     let single: Vec<Vec<String>> = names().map(|n| vec![n.to_owned()]).collect();

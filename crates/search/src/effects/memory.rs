@@ -13,9 +13,9 @@ fn z(index: usize) -> Expression {
 
 /// Forces that remember: they have states of their own.
 pub(super) fn add(setting: &EffectSetting, forms: &mut Vec<Form>) {
-    for frame in setting.springs() {
-        hysteresis(setting, &frame, forms);
-        relaxation(setting, &frame, forms);
+    for frame in setting.frames() {
+        hysteresis(setting, frame, forms);
+        relaxation(setting, frame, forms);
     }
     for frame in setting.each_mass() {
         second_mode(setting, &frame, forms);
