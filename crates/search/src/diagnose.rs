@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::effects::Form;
+use super::effects::{Form, follow_any_curve};
 use super::error::GapError;
 use super::evidence::Examined;
 use super::fit::{Fitted, WHOLE};
@@ -141,8 +141,7 @@ impl Search {
         if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * fitted.error().max(noise) {
             return Some(Doubt::Unseen);
         }
-        let curves: Vec<&Form> = forms.iter().filter(|f| f.is_curve_of_free_shape()).collect();
-        if curves.iter().enumerate().any(|(k, form)| curves[..k].iter().any(|other| form.acts_like(other))) {
+        if follow_any_curve(forms) {
             return Some(Doubt::Curves);
         }
         (!self.lasts(fitted, noise, cancel)).then_some(Doubt::Horizon)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::effects::{DESCRIPTION, Direction, Form, logarithmic};
+use super::effects::{DESCRIPTION, Direction, Form, follow_any_curve, logarithmic};
 use super::error::GapError;
 use super::fit::{Fitted, WHOLE};
 use super::judge::{Hypothesis, contains, parts};
@@ -324,7 +324,9 @@ impl Search {
                 }
             }
         }
-        exchanged.retain(|other| tried.place(other).is_none());
+        // What follows any curve is never named.
+        let follows_any = |set: &[usize]| follow_any_curve(set.iter().map(|k| &tried.forms[*k]));
+        exchanged.retain(|other| tried.place(other).is_none() && !follows_any(other));
         exchanged.sort();
         exchanged.dedup();
         let start = |other: Vec<usize>| {

@@ -427,6 +427,12 @@ impl Form {
     }
 }
 
+/// True if two of these are curves of free shape over the same quantity at the same place: together they follow any curve.
+pub(crate) fn follow_any_curve<'f>(forms: impl IntoIterator<Item = &'f Form>) -> bool {
+    let curves: Vec<&Form> = forms.into_iter().filter(|f| f.is_curve_of_free_shape()).collect();
+    curves.iter().enumerate().any(|(k, form)| curves[..k].iter().any(|other| form.acts_like(other)))
+}
+
 /// Effects that are met most often, none with a quantity inside it.
 const COMMON: [&str; 7] = [
     "coulomb_friction",
