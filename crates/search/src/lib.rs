@@ -54,6 +54,7 @@ mod restore;
 mod ruling;
 mod screen;
 mod search;
+mod setting;
 mod show;
 mod site;
 mod slips;

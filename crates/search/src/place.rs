@@ -3,14 +3,13 @@
 use sindyscope_values::format::units::raised;
 use std::f64::consts::TAU;
 
-use super::columns::{MotionPath, forces};
+use super::columns::MotionPath;
 use super::data::{Data, RecordSeries};
 use super::effects::unit;
-use super::fit::Fitted;
 use super::outcome::{Map, MissingForce, Place, Profile};
 use super::screen::Motion;
-use super::site::{Site, accelerations};
-use sindyscope_core::signal::{Bins, Spectrum, VisitMean, mean_and_variance, rms};
+use super::site::Site;
+use sindyscope_core::signal::{Bins, VisitMean, mean_and_variance, rms};
 use sindyscope_values::format::number::significant;
 use sindyscope_values::term::Symbol;
 
@@ -148,50 +147,6 @@ impl Data {
             values: of(&|s, _, k| s.start + s.interval * k as f64),
         });
         list
-    }
-
-    /// What a fitted model lacks of one mass's acceleration along the motion that was smoothed without a model: a series a record.
-    pub(super) fn missing_along_smoothed(&self, fitted: &Fitted, mass: usize) -> Vec<Vec<f64>> {
-        let composed = fitted.composition.compose(&fitted.parameters.inner);
-        let coefficients = &fitted.parameters.coefficients;
-        let of_record = |s: &RecordSeries| {
-            let path = s.path();
-            let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), &path);
-            let there = accelerations(self.masses(), &composed.terms, coefficients, &columns, s.len());
-            let v = &path.v[mass];
-            let lacking = |k: usize| {
-                let (before, after) = (k.saturating_sub(1), (k + 1).min(s.len() - 1));
-                (v[after] - v[before]) / ((after - before) as f64 * s.interval) - there[mass][k]
-            };
-            (0..s.len()).map(lacking).collect()
-        };
-        self.fit().iter().map(of_record).collect()
-    }
-
-    /// Frequencies that stand out in series along the fitted records, Hz, in order: each with neighbours half a line apart.
-    pub(super) fn lines(&self, series: &[&[f64]]) -> Vec<f64> {
-        const PEAKS: usize = 24;
-        let (low, high) = (0.1 * self.frequency, 4.0 * self.frequency);
-        let mut peaks: Vec<(f64, f64, f64)> = Vec::new();
-        for (s, values) in self.fit().iter().zip(series) {
-            let Some(spectrum) = Spectrum::new(values, s.interval) else { continue };
-            let a = &spectrum.amplitudes;
-            let resolution = 1.0 / (s.interval * s.len() as f64);
-            peaks.extend((1..a.len().saturating_sub(1)).filter(|k| a[*k] >= a[k - 1] && a[*k] > a[k + 1]).map(|k| {
-                // The vertex of the parabola through three lines.
-                let bend = a[k - 1] - 2.0 * a[k] + a[k + 1];
-                let shift = if bend < 0.0 { 0.5 * (a[k - 1] - a[k + 1]) / bend } else { 0.0 };
-                (a[k], spectrum.frequency(k) + shift * spectrum.step, resolution)
-            }));
-        }
-        peaks.retain(|(_, f, _)| (low..=high).contains(f));
-        peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
-        peaks.truncate(PEAKS);
-        let mut lines: Vec<f64> =
-            peaks.iter().flat_map(|(_, f, step)| [-0.5, 0.0, 0.5].map(|k| f + k * step)).filter(|f| *f > 0.0).collect();
-        lines.sort_by(f64::total_cmp);
-        lines.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * *b);
-        lines
     }
 
     /// The stretches of two periods in which a sensor's error is largest, that do not overlap.

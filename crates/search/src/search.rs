@@ -5,23 +5,22 @@ use super::audit::Audit;
 use super::columns::MotionPath;
 use super::constants::Constants;
 use super::data::{Data, RecordSeries};
-use super::effects::{EffectSetting, Form, Frame, OwnEffect, catalogue, described, own};
+use super::effects::OwnEffect;
 use super::effort::SearchEffort;
 use super::error::GapError;
 use super::evidence::Examined;
-use super::fit::{Fitted, WHOLE};
+use super::fit::Fitted;
 use super::judge::{Hypothesis, judge};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
-use super::propose::usual_speed;
 use super::ruling::{Decision, Tried};
 use super::screen::Motion;
 use super::site::Placed;
-use super::structure::{Composition, choice};
+use super::structure::Composition;
 use super::words::titles;
 use sindyscope_core::parallel::lock;
-use sindyscope_core::refine::{Output, Structure as _, inflation};
+use sindyscope_core::refine::{Output, inflation};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::model::has_acceleration;
 use sindyscope_values::record::RecordSet;
@@ -348,117 +347,6 @@ impl Search {
             }
         }
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Err(GapError::Base) }
-    }
-
-    /// What the catalogue needs to know of these data and a model.
-    fn setting(&self, fitted: &Fitted, motion: &Motion) -> EffectSetting {
-        let data = &self.data;
-        let over = |pick: &dyn Fn(usize, usize) -> f64| {
-            let largest = |(r, s): (usize, &RecordSeries)| (0..s.len()).map(|k| pick(r, k).abs()).fold(0.0, f64::max);
-            data.fit().iter().enumerate().map(largest).fold(0.0, f64::max)
-        };
-        let u = |r: usize, k: usize| data.fit()[r].inputs.first().map_or(0.0, |u| u[k]);
-        let du = |r: usize, k: usize| data.fit()[r].input_rates.first().map_or(0.0, |u| u[k]);
-        let mut frames = Frame::all(data.masses(), data.base_excited);
-        for frame in &mut frames {
-            let site = frame.site;
-            frame.reach = over(&|r, k| site.across(|i| motion.measured[r].x[i][k], u(r, k)));
-            frame.speed = over(&|r, k| site.across(|i| motion.measured[r].v[i][k], du(r, k)));
-            let velocities: Vec<f64> = (0..data.fit().len())
-                .flat_map(|r| (0..data.fit()[r].len()).map(move |k| (r, k)))
-                .map(|(r, k)| site.across(|i| motion.measured[r].v[i][k], du(r, k)))
-                .collect();
-            frame.usual_speed = usual_speed(&velocities, data.constants.still);
-            let (first, second) = site.masses();
-            frame.speed_noise = second.map_or(motion.speed_noise[first], |second| {
-                motion.speed_noise[first].hypot(motion.speed_noise[second])
-            });
-        }
-        let lead = data.lead(motion);
-        let missing = motion.missing_of(lead);
-        let along_smoothed = if fitted.level == WHOLE { Vec::new() } else { data.missing_along_smoothed(fitted, lead) };
-        // In a motion that dies away a line at its own frequency, or at twice that, is damping or stiffness that depends on the
-        // amplitude.
-        let dies_away = data.fit().iter().all(RecordSeries::is_undriven) && !data.self_sustained && !data.settles;
-        let locked = |f: &f64, times: &[f64]| {
-            times.iter().any(|n| (f / (n * data.frequency) - 1.0).abs() < data.constants.locked)
-        };
-        let free = |mut lines: Vec<f64>, times: &[f64]| {
-            lines.retain(|f| !(dies_away && locked(f, times)));
-            lines
-        };
-        // Along short stretches of the simulation the missing force is mostly what corrects their beginnings.
-        let ways = [missing, along_smoothed.iter().map(Vec::as_slice).collect()];
-        let lines = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<f64> {
-            let series = |way: &Vec<&[f64]>| -> Vec<f64> {
-                let records = way.iter().enumerate();
-                let all: Vec<Vec<f64>> =
-                    records.map(|(r, force)| force.iter().enumerate().map(|(k, f)| of(r, k, *f)).collect()).collect();
-                data.lines(&all.iter().map(Vec::as_slice).collect::<Vec<_>>())
-            };
-            let mut lines: Vec<f64> = ways.iter().flat_map(series).collect();
-            lines.sort_by(f64::total_cmp);
-            lines
-        };
-        EffectSetting {
-            base_excited: data.base_excited,
-            passive: fitted.composition.passive,
-            input_open: data.input_open,
-            frames,
-            terms: fitted.composition.plain_terms(&fitted.parameters.inner),
-            unit: data.unit.clone(),
-            derivatives: data.outputs[0].derivatives(),
-            inputs: (0..data.layout.inputs).map(|j| over(&|r, k| data.fit()[r].inputs[j][k])).collect(),
-            frequency: data.frequency,
-            lines: free(lines(&|_, _, force| force), &[1.0]),
-            pulsations: {
-                let spring = |r: usize| if data.base_excited { data.fit()[r].inputs.first() } else { None };
-                let across = |r: usize, k: usize| motion.measured[r].x[lead][k] - spring(r).map_or(0.0, |u| u[k]);
-                free(lines(&|r, k, force| force * across(r, k)), &[1.0, 2.0])
-            },
-            interval: data.fit()[0].interval,
-            measured: over(&|r, k| data.fit()[r].measured[0][k]),
-        }
-    }
-
-    /// The terms that a formula which describes what a model lacks is made of.
-    pub(super) fn words_of_formulas(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
-        let present = fitted.composition.choices();
-        let tied = fitted.composition.offset() || fitted.composition.datum;
-        let mut forms = described(&self.setting(fitted, motion));
-        // A steady force beside a zero that is free says nothing.
-        forms.retain(|f| !(present.contains(&choice(f)) || tied && f.moves_the_zero(true)));
-        forms
-    }
-
-    pub(super) fn forms(&self, fitted: &Fitted, motion: &Motion) -> Vec<Form> {
-        let data = &self.data;
-        let setting = self.setting(fitted, motion);
-        let present = fitted.composition.choices();
-        let offset = fitted.composition.offset();
-        let turns = data.turns_over();
-        let units: Vec<&str> = std::iter::once(&data.unit)
-            .chain(&data.input_units)
-            .map(String::as_str)
-            .filter(|u| !u.is_empty())
-            .collect();
-        let all = catalogue(&setting);
-        let swings = all.iter().any(Form::is_periodic);
-        all.into_iter()
-            .chain(own(&self.ask.effects, &setting, &units))
-            .filter(|f| !present.contains(&choice(f)))
-            // A richer kind of what is there was tried in its place.
-            .filter(|f| !fitted.composition.forms.iter().any(|there| f.includes(there) || there.includes(f)))
-            .filter(|f| !self.audit.blind.iter().any(|b| b.effect == f.effect))
-            .filter(|f| {
-                // The zero of a velocity or an acceleration is not that of the spring.
-                let moved = data.outputs.iter().all(|o| o.derivatives() == 0);
-                let tied = moved && (offset || fitted.composition.datum);
-                // Where a sine holds an angle that turns over, a shifted zero and a steady force differ.
-                let told_apart = turns && !f.is_offset() && (fitted.composition.is_periodic() || swings);
-                !(tied && f.moves_the_zero(offset) && !told_apart || fitted.composition.zero && f.is_offset())
-            })
-            .collect()
     }
 
     /// Decides between all sets that were tried; each must contain those present. What decides, and what is told of it, was asked.
