@@ -57,7 +57,7 @@ impl Hypothesis {
 pub(super) struct Ruling {
     /// The set that stands, by index; none where nothing beats the present model.
     pub(super) winner: Option<usize>,
-    /// Sets no larger that it does not beat.
+    /// Sets no larger that it does not beat, and richer kinds that do not beat it though they predict better.
     pub(super) rivals: Vec<usize>,
 }
 
@@ -195,7 +195,18 @@ pub(super) fn judge(
             && !contains(&sets[first].forms, &rival.forms, forms)
             && (!constants.beats(&sets[first], rival, far) || constants.makes_up(rival, &sets[first], far <= least))
     });
-    let mut near: Vec<usize> = rivals.collect();
+    // A richer kind that did not beat it, of which the data bear every part and which predicts no worse, is not told from it.
+    let richer = (0..sets.len()).filter(|k| {
+        let kind = &sets[*k];
+        far <= least
+            && kind.unborne.is_none()
+            && kind.forms.len() == sets[first].forms.len()
+            && contains(&kind.forms, &sets[first].forms, forms)
+            // That a sensor's zero is free in each record is no part of it that data bear or not.
+            && !kind.forms.iter().any(|k| forms[*k].is_offset())
+            && kind.sum() > sets[first].sum()
+    });
+    let mut near: Vec<usize> = rivals.chain(richer).collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest. Where all
     // are wrong in some way still, fewer parameters say little, and what is met most often comes first.
     let mut all: Vec<usize> = near.iter().copied().filter(|k| standing.contains(k)).chain([first]).collect();

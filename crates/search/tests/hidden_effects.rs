@@ -285,6 +285,14 @@ fn a_record_of_few_periods_names_what_it_shows() {
     assert_eq!(found.steps, ["bilinear_stiffness"], "{:?}: {:?}", found.verdict, found.ranking);
 }
 
+#[test]
+fn a_richer_kind_that_predicts_better_in_few_blocks_is_not_told_from_the_simpler_one() {
+    // Friction that holds harder than it slides leads by enough, but not whichever blocks are drawn again.
+    let found = run(&of_few_periods(20, &[vec!["static_friction".to_owned()]], 2..3)[0]).unwrap();
+    assert_eq!((found.steps, found.verdict), (vec!["coulomb_friction".to_owned()], Verdict::Ambiguous));
+    assert_eq!(found.others, ["static_friction"]);
+}
+
 /// What a search names of three records drawn blindly, none of them held out.
 fn named_of_blind_draw(seed: u64) -> (Vec<String>, Verdict) {
     let (records, _) = hidden_records(&HiddenOptions { seed, ..HiddenOptions::default() }).unwrap();
