@@ -32,11 +32,14 @@ pub(super) fn show(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'
             Some(site) => format!("{} alone: {text}", capitalised(&site_name(site, context.subject.masses()))),
             None => text,
         };
-        ui.add(egui::Label::new(RichText::new(text).size(13.5)).truncate());
+        // From the right: a long sentence goes on in a second row, not over the box.
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.checkbox(&mut canvas.view.show_all, format!("show all ({hidden} more)")).on_hover_text(
                 "Also the effects that were refused, and those that these data cannot show, with the reason",
             );
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                ui.add(egui::Label::new(RichText::new(text).size(13.5)).wrap());
+            });
         });
     });
     if let Some(next) = context.round().and_then(|r| r.next_experiment.as_ref()) {
