@@ -195,7 +195,7 @@ pub(super) fn judge(
             && !contains(&sets[first].forms, &rival.forms, forms)
             && (!constants.beats(&sets[first], rival, far) || constants.makes_up(rival, &sets[first], far <= least))
     });
-    // A richer kind that did not beat it, of which the data bear every part and which predicts no worse, is not told from it.
+    // A richer kind that predicts better without beating it, of which the data bear every part, is not told from it.
     let richer = (0..sets.len()).filter(|k| {
         let kind = &sets[*k];
         far <= least
