@@ -198,12 +198,13 @@ pub(super) fn judge(
     // A richer kind that predicts better without beating it, of which the data bear every part, is not told from it.
     let richer = (0..sets.len()).filter(|k| {
         let kind = &sets[*k];
+        let own = |k: &usize| !sets[first].forms.contains(k);
         far <= least
             && kind.unborne.is_none()
             && kind.forms.len() == sets[first].forms.len()
             && contains(&kind.forms, &sets[first].forms, forms)
             // That a sensor's zero is free in each record is no part of it that data bear or not.
-            && !kind.forms.iter().any(|k| forms[*k].is_offset())
+            && !kind.forms.iter().any(|k| own(k) && forms[*k].is_offset())
             && kind.sum() > sets[first].sum()
     });
     let mut near: Vec<usize> = rivals.chain(richer).collect();
