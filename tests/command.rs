@@ -595,6 +595,21 @@ fn diagnose_tells_a_person_the_walk_and_keeps_to_the_most_effects() {
 }
 
 #[test]
+fn diagnose_tells_what_it_did_not_read() {
+    let here = folder();
+    friction(here.path());
+    let plain = std::fs::read_to_string(here.path().join("fit.csv")).expect("a file");
+    let rows = plain.lines().filter(|line| !line.starts_with('#')).enumerate();
+    let warmer = rows.map(|(k, row)| format!("{row},{}\n", if k == 0 { "T [°C]" } else { "21.5" }));
+    std::fs::write(here.path().join("warm.csv"), warmer.collect::<String>()).expect("written");
+    let said = done(here.path(), &["diagnose", "warm.csv", "--max-effects", "0"]);
+    assert!(said.contains("Note. warm.csv: column `T [°C]` is not taken for a time"), "{said}");
+    let result = diagnosed(here.path(), &["warm.csv", "--max-effects", "0"]);
+    let first = result["notices"][0].as_str().expect("a notice");
+    assert!(first.contains("`T [°C]`"), "{first}");
+}
+
+#[test]
 fn diagnose_refuses_in_a_sentence() {
     let here = folder();
     let write = |name: &str, head: &str, row: &dyn Fn(f64) -> String, samples: usize| {

@@ -148,7 +148,7 @@ impl Heading {
         }
         let meaning = match words.first() {
             None => Meaning::Unknown,
-            Some(word) => match ColumnKey::of_word(word) {
+            Some(word) => match of_torque(word, &unit).or_else(|| ColumnKey::of_word(word)) {
                 Some(key) => {
                     let key = match (key.number, key.quantity.is_numbered()) {
                         (None, true) => ColumnKey { number, ..key },
@@ -170,6 +170,13 @@ impl Heading {
     pub(super) fn unnamed() -> Self {
         Self { name: String::new(), stem: String::new(), unit: String::new(), meaning: Meaning::Unknown }
     }
+}
+
+/// `T [N m]`: the time's letter is the torque's too, and a unit of force says which is meant.
+fn of_torque(word: &str, unit: &str) -> Option<ColumnKey> {
+    let number = word.strip_prefix(['t', 'T'])?;
+    let number = if number.is_empty() { None } else { Some(number.parse().ok()?) };
+    units::parse(unit)?.is_force().then_some(ColumnKey { quantity: ColumnQuantity::Input, number })
 }
 
 /// What a message calls a column: its name, or its number from 1 if it has none.
@@ -279,6 +286,8 @@ mod tests {
             ("V2_out_V", "v2?", "V2_out", "V"),
             ("V1_in_V", "v1?", "V1_in", "V"),
             ("T [°C]", "t?", "T", "°C"),
+            ("T [N m]", "u", "T", "N m"),
+            ("T2 (Nm)", "u2", "T2", "Nm"),
             ("A1 [A]", "a1?", "A1", "A"),
             ("f [Hz]", "u?", "f", "Hz"),
             ("x_dot", "x?", "x_dot", ""),

@@ -357,6 +357,9 @@ impl Search {
                 Some((_, look)) => look.clone(),
                 None => self.look_into(&previous, Depth::Screened, Keep::Present, tell, cancel)?,
             };
+            if own.len() == order.len() {
+                self.know_rivals(&mut step, &rounds, tried);
+            }
             self.lead_to(&mut step, &order[k], &stage, tried, own.len() == order.len());
             rounds.push(step);
             stages.push(stage);
@@ -398,6 +401,22 @@ impl Search {
             order.insert(0, last);
         }
         order
+    }
+
+    /// Adds what the winner's rivals have and the look does not look for, such as a spring of another shape beside the one that is
+    /// there: as an earlier look has it, with the model of the rival.
+    fn know_rivals(&self, round: &mut Round, earlier: &[Round], tried: &Tried) {
+        let own = tried.winner().map(|winner| tried.choices(winner)).unwrap_or_default();
+        for rival in tried.ruling.rivals.iter().map(|k| &tried.sets[*k]) {
+            for effect in tried.choices(rival).into_iter().filter(|effect| !own.contains(effect)) {
+                if round.candidates.iter().any(|c| c.choice == effect) {
+                    continue;
+                }
+                let known = earlier.iter().flat_map(|look| &look.candidates).find(|c| c.choice == effect);
+                let stage = Some(Arc::new(self.show(&rival.fitted)));
+                round.candidates.extend(known.map(|c| Candidate { stage, standing: Standing::Refitted, ..c.clone() }));
+            }
+        }
     }
 
     /// Makes a look lead to an effect: the first of its candidates, with what stands against it behind.

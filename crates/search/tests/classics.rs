@@ -46,6 +46,7 @@ fn found(&(scenario, size, base, _): &Classic, seed: u64) -> (Vec<String>, Verdi
 /// The names found, sorted, and the verdict.
 fn diagnosed(records: &RecordSet, ask: &Ask) -> (Vec<String>, Verdict) {
     let diagnosis = Search::new(records, ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+    assert!(!diagnosis.sentence.contains("just as well :"), "rivals have names: {}", diagnosis.sentence);
     let mut names: Vec<String> = diagnosis.steps().iter().map(|s| s.added.choice.effect.clone()).collect();
     names.sort_unstable();
     (names, diagnosis.verdict)

@@ -95,8 +95,12 @@ pub(super) fn blocks(part: WalkPart, diagnosis: &Diagnosis, records: &RecordSet,
     }
 }
 
-/// What a terminal says.
-pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> Units) -> String {
+/// What a terminal says; `of_files` is what was noticed in reading the records.
+pub(super) fn text(
+    diagnosis: &Diagnosis,
+    (unit, of_files): (&str, &[&str]),
+    units: &dyn Fn(&Model) -> Units,
+) -> String {
     const INDENT: usize = 15;
     let mut out = String::new();
     let (Some(base), Some(last)) = (diagnosis.stages.first(), diagnosis.stages.last()) else { return out };
@@ -159,7 +163,7 @@ pub(super) fn text(diagnosis: &Diagnosis, unit: &str, units: &dyn Fn(&Model) -> 
     for text in superseded(diagnosis).into_iter().chain(not_shown(diagnosis)) {
         say(&text);
     }
-    for notice in &diagnosis.notices {
+    for notice in of_files.iter().copied().chain(diagnosis.notices.iter().map(String::as_str)) {
         say(&format!("Note. {}", sentence(notice)));
     }
     out

@@ -156,6 +156,7 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
             return None;
         }
     };
+    assert!(!diagnosis.sentence.contains("just as well :"), "rivals have names: {case:?}: {}", diagnosis.sentence);
     let (first, last) = (diagnosis.stages.first()?, diagnosis.stages.last()?);
     let rounds = &diagnosis.rounds;
     let others = rounds
