@@ -26,6 +26,7 @@
 
 mod audit;
 mod between;
+mod colour;
 mod columns;
 mod constants;
 mod data;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::colour::Heard;
 use super::effects::{DESCRIPTION, Direction, Form, follow_any_curve, logarithmic};
 use super::error::GapError;
 use super::fit::{Fitted, WHOLE};
@@ -37,6 +38,8 @@ struct Explained {
     gain: Option<f64>,
     /// Single effects that were fitted to be shown.
     shown: usize,
+    /// What the sets tell of the noise.
+    heard: Heard,
 }
 
 impl Search {
@@ -103,15 +106,27 @@ impl Search {
         let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
             state.shown += usize::from(single(proposal) && state.gain.is_some() && proposal.gain.is_finite());
-            let explains =
-                |set: &Hypothesis| set.unborne.is_none() && data.is_within(&set.fitted, constants.explaining(), cancel);
+            let mut explains = |set: &Hypothesis| {
+                if set.unborne.is_some() {
+                    return false;
+                }
+                if data.is_within(&set.fitted, constants.explaining(), cancel) {
+                    return true;
+                }
+                let error = set.fitted.error();
+                state.heard.ask(error, || self.noise_left(&set.fitted, forms, cancel));
+                error <= state.heard.noise
+            };
+            let explained = state.gain.is_none() && set.is_some_and(&mut explains);
             // What was not regressed on stands with what the regression has first.
-            state.gain = state.gain.or(set.is_some_and(explains).then_some(proposal.gain.min(likeliest)));
+            state.gain = state.gain.or(explained.then_some(proposal.gain.min(likeliest)));
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
-        if !self.fit_in_turn(proposals, tried, &mut Explained::default(), (wanted, taken, told), cancel) {
+        let mut state = Explained { heard: tried.heard, ..Explained::default() };
+        if !self.fit_in_turn(proposals, tried, &mut state, (wanted, taken, told), cancel) {
             return false;
         }
+        tried.heard = state.heard;
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
         self.close(tried, &[], cancel);
         if self.exchange(tried, cancel) {
@@ -119,6 +134,7 @@ impl Search {
         }
         tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
         self.settle(tried, cancel);
+        self.hear(tried, cancel);
         // What was cancelled on its way was not held against all data.
         if cancel.is_cancelled() {
             return false;
@@ -297,8 +313,8 @@ impl Search {
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
         let Some(best) = tried.best().into_iter().find(sound) else { return false };
         let Hypothesis { forms: set, fitted, .. } = tried.sets[best].clone();
-        let explains = self.data.is_within(&fitted, self.data.constants.explaining(), cancel)
-            && !self.matters(&base, &fitted, cancel);
+        let noise = self.data.noise_of(&fitted, cancel).max(tried.heard.noise);
+        let explains = self.explains(&fitted, tried.heard.noise, cancel) && !self.matters_beyond(noise, &base, &fitted);
         let alone = |form: usize| {
             let single = tried.place(&[form]).map(|k| &tried.sets[k]).filter(|single| single.unborne.is_none());
             single.map(Hypothesis::sum)
@@ -402,7 +418,7 @@ impl Search {
         near.truncate(constants.fitted_again);
         let again = |k: usize| -> Option<(usize, Hypothesis)> {
             let Hypothesis { forms, fitted, .. } = &tried.sets[k];
-            if self.data.is_within(fitted, constants.explaining(), cancel) || cancel.is_cancelled() {
+            if self.explains(fitted, tried.heard.noise, cancel) || cancel.is_cancelled() {
                 return None;
             }
             let composition = &fitted.composition;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::colour::Heard;
 use super::constants::Constants;
 use super::effects::Form;
 use super::error::GapError;
@@ -36,6 +37,8 @@ pub(super) struct Tried {
     pub(super) forms: Vec<Form>,
     pub(super) sets: Vec<Hypothesis>,
     pub(super) ruling: Ruling,
+    /// What the sets tell of the noise.
+    pub(super) heard: Heard,
 }
 
 impl Tried {
@@ -323,7 +326,11 @@ impl Search {
 
     /// True if what a model leaves matters: more noises than may be, or a share of what was found.
     pub(super) fn matters(&self, base: &Fitted, fitted: &Fitted, cancel: &Cancel) -> bool {
-        let noise = self.data.noise_of(fitted, cancel);
+        self.matters_beyond(self.data.noise_of(fitted, cancel), base, fitted)
+    }
+
+    /// The same where noise is known.
+    pub(super) fn matters_beyond(&self, noise: f64, base: &Fitted, fitted: &Fitted) -> bool {
         let square = |e: f64| (e * e - noise * noise).max(0.0);
         let left = fitted.error();
         let found = (square(base.error()) - square(left)).max(0.0);
