@@ -169,6 +169,7 @@ const SI: &[(&str, Unit)] = &[
     ("strain", Unit::simple(BaseUnit::Strain, 1.0)),
     ("ε", Unit::simple(BaseUnit::Strain, 1.0)),
     ("J", Unit::mechanical(2, -2, 1, 1.0)),
+    ("Nm", Unit::mechanical(2, -2, 1, 1.0)),
     ("W", Unit::mechanical(2, -3, 1, 1.0)),
     ("K", Unit::simple(BaseUnit::Kelvin, 1.0)),
 ];
@@ -385,6 +386,7 @@ mod tests {
             ("kip", "kN", 4.4482216152605),
             ("N", "kg m/s^2", 1.0),
             ("N m", "J", 1.0),
+            ("mNm", "N m", 1e-3),
             ("psi", "Pa", 6894.757293168),
             ("mV", "V", 1e-3),
         ] {
