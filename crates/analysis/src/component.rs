@@ -50,7 +50,7 @@ fn specimen(source: &RecordSource, records: &RecordSet, cancel: &Cancel) -> Resu
 }
 
 fn notices(records: &RecordSet) -> Vec<String> {
-    let all = sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r));
+    let all = records.notices();
     all.into_iter().map(str::to_owned).collect()
 }
 

@@ -11,21 +11,21 @@ use super::ruling::Tried;
 use super::search::Search;
 use sindyscope_core::study::Cancel;
 
-/// What was heard so far.
+/// What the sets that were tried tell of the noise.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Heard {
-    /// RMS of noise, more than the estimate without a model; zero where nothing tells.
-    pub(super) noise: f64,
+pub(super) struct ColouredNoise {
+    /// Its RMS, more than the estimate without a model; zero where no set tells.
+    pub(super) rms: f64,
     /// The least RMS left of which it was asked whether it is noise.
     least: Option<f64>,
 }
 
-impl Heard {
+impl ColouredNoise {
     /// Asks what a model leaves for its noise, if none of which that was asked left less.
     pub(super) fn ask(&mut self, error: f64, noise: impl FnOnce() -> Option<f64>) {
         if self.least.is_none_or(|least| error < least) {
             self.least = Some(error);
-            self.noise = noise().unwrap_or(self.noise);
+            self.rms = noise().unwrap_or(self.rms);
         }
     }
 }
@@ -57,11 +57,11 @@ impl Search {
     }
 
     /// Asks the best set whether it is noise that it leaves, where none explains the data.
-    pub(super) fn hear(&self, tried: &mut Tried, cancel: &Cancel) {
+    pub(super) fn ask_for_noise(&self, tried: &mut Tried, cancel: &Cancel) {
         let Some(best) = tried.nearest(|set| !set.forms.is_empty()) else { return };
         let fitted = Arc::clone(&tried.sets[best].fitted);
-        if !self.explains(&fitted, tried.heard.noise, cancel) {
-            tried.heard.ask(fitted.error(), || self.noise_left(&fitted, &tried.forms, cancel));
+        if !self.explains(&fitted, tried.coloured.rms, cancel) {
+            tried.coloured.ask(fitted.error(), || self.noise_left(&fitted, &tried.forms, cancel));
         }
     }
 }

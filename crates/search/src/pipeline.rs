@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::colour::Heard;
+use super::colour::ColouredNoise;
 use super::effects::{DESCRIPTION, Direction, Form, follow_any_curve, logarithmic};
 use super::error::GapError;
 use super::fit::{Fitted, WHOLE};
@@ -39,7 +39,7 @@ struct Explained {
     /// Single effects that were fitted to be shown.
     shown: usize,
     /// What the sets tell of the noise.
-    heard: Heard,
+    coloured: ColouredNoise,
 }
 
 impl Search {
@@ -114,19 +114,19 @@ impl Search {
                     return true;
                 }
                 let error = set.fitted.error();
-                state.heard.ask(error, || self.noise_left(&set.fitted, forms, cancel));
-                error <= state.heard.noise
+                state.coloured.ask(error, || self.noise_left(&set.fitted, forms, cancel));
+                error <= state.coloured.rms
             };
             let explained = state.gain.is_none() && set.is_some_and(&mut explains);
             // What was not regressed on stands with what the regression has first.
             state.gain = state.gain.or(explained.then_some(proposal.gain.min(likeliest)));
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
-        let mut state = Explained { heard: tried.heard, ..Explained::default() };
+        let mut state = Explained { coloured: tried.coloured, ..Explained::default() };
         if !self.fit_in_turn(proposals, tried, &mut state, (wanted, taken, told), cancel) {
             return false;
         }
-        tried.heard = state.heard;
+        tried.coloured = state.coloured;
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
         self.close(tried, &[], cancel);
         if self.exchange(tried, cancel) {
@@ -134,7 +134,7 @@ impl Search {
         }
         tell(Progress::Step("Fitting rivals from where the best set landed", 0.9));
         self.settle(tried, cancel);
-        self.hear(tried, cancel);
+        self.ask_for_noise(tried, cancel);
         // What was cancelled on its way was not held against all data.
         if cancel.is_cancelled() {
             return false;
@@ -313,8 +313,9 @@ impl Search {
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
         let Some(best) = tried.best().into_iter().find(sound) else { return false };
         let Hypothesis { forms: set, fitted, .. } = tried.sets[best].clone();
-        let noise = self.data.noise_of(&fitted, cancel).max(tried.heard.noise);
-        let explains = self.explains(&fitted, tried.heard.noise, cancel) && !self.matters_beyond(noise, &base, &fitted);
+        let noise = self.data.noise_of(&fitted, cancel).max(tried.coloured.rms);
+        let explains =
+            self.explains(&fitted, tried.coloured.rms, cancel) && !self.matters_beyond(noise, &base, &fitted);
         let alone = |form: usize| {
             let single = tried.place(&[form]).map(|k| &tried.sets[k]).filter(|single| single.unborne.is_none());
             single.map(Hypothesis::sum)
@@ -418,7 +419,7 @@ impl Search {
         near.truncate(constants.fitted_again);
         let again = |k: usize| -> Option<(usize, Hypothesis)> {
             let Hypothesis { forms, fitted, .. } = &tried.sets[k];
-            if self.explains(fitted, tried.heard.noise, cancel) || cancel.is_cancelled() {
+            if self.explains(fitted, tried.coloured.rms, cancel) || cancel.is_cancelled() {
                 return None;
             }
             let composition = &fitted.composition;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::colour::Heard;
+use super::colour::ColouredNoise;
 use super::constants::Constants;
 use super::effects::Form;
 use super::error::GapError;
@@ -38,7 +38,7 @@ pub(super) struct Tried {
     pub(super) sets: Vec<Hypothesis>,
     pub(super) ruling: Ruling,
     /// What the sets tell of the noise.
-    pub(super) heard: Heard,
+    pub(super) coloured: ColouredNoise,
 }
 
 impl Tried {

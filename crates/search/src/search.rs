@@ -354,11 +354,12 @@ impl Search {
         let data = &self.data;
         // Where nothing explains the data every set is wrong in some way still, and densities say too much.
         let constants = &data.constants;
-        let matters = constants.mattering() * data.noise.max(tried.heard.noise);
+        let matters = constants.mattering() * data.noise.max(tried.coloured.rms);
         let explains = |s: &Hypothesis| s.unborne.is_none() && s.fitted.error() < matters;
         // Where noise is coloured, what chance gives one sample it gives those beside it too.
-        let heard = tried.sets.iter().filter(|s| explains(s) && s.fitted.error() >= constants.mattering() * data.noise);
-        let inflation = heard.map(|s| self.inflation(&s.fitted)).fold(1.0, f64::max);
+        let coloured =
+            tried.sets.iter().filter(|s| explains(s) && s.fitted.error() >= constants.mattering() * data.noise);
+        let inflation = coloured.map(|s| self.inflation(&s.fitted)).fold(1.0, f64::max);
         let least = inflation * constants.least_lead(self.audit.single_tone);
         let explained = tried.sets.iter().any(explains);
         let far = if explained { least } else { least.max(constants.unseen_ratio.ln() * data.unseen() as f64) };

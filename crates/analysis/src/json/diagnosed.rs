@@ -10,7 +10,7 @@ use sindyscope_search::{
     Candidate, Curve, Diagnosis, Finding, FreeRun, Gap, Lead, Parameter, RecordScore, Round, Step,
 };
 use sindyscope_values::model::{Model, Units};
-use sindyscope_values::record::{self, RecordSet};
+use sindyscope_values::record::RecordSet;
 
 /// The result of `diagnose`.
 pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
@@ -23,7 +23,7 @@ pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
             |(s, scores)| json!({ "equations": equations(&s.model, &units(&s.model)), "gap": gap(&s.gap, scores) }),
         )
     };
-    let of_files = record::notices(records.entries.iter().map(|(r, _)| &**r)).into_iter();
+    let notices = [records.notices(), diagnosis.notices.iter().map(String::as_str).collect()].concat();
     json!({
         "version": VERSION,
         "verdict": diagnosis.verdict.word(),
@@ -51,7 +51,7 @@ pub fn diagnosed(diagnosis: &Diagnosis, records: &RecordSet) -> Value {
         "records": diagnosis.records().iter().map(record).collect::<Vec<_>>(),
         "elapsed_ms": diagnosis.elapsed_ms,
         "sentence": diagnosis.sentence,
-        "notices": of_files.chain(diagnosis.notices.iter().map(String::as_str)).collect::<Vec<_>>(),
+        "notices": notices,
         "not_shown": diagnosis.blind.iter().map(|b| json!({ "effect": b.effect, "reason": b.reason })).collect::<Vec<_>>(),
         "superseded": diagnosis.superseded(),
         "rounds": diagnosis.rounds.iter().map(round).collect::<Vec<_>>(),

@@ -55,7 +55,7 @@ pub fn identified(analysis: &Analysis) -> Value {
             },
             "text": w.text,
         })).collect::<Vec<_>>(),
-        "notices": sindyscope_values::record::notices(analysis.records.entries.iter().map(|(r, _)| &**r)),
+        "notices": analysis.records.notices(),
         "choice": analysis.choice,
     })
 }

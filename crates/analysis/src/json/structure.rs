@@ -25,7 +25,7 @@ pub fn identified(found: &Structure, records: &RecordSet, fit: f64) -> Value {
         "modes_outside_band": listed(found, false),
         "records": record_values(found),
         "warnings": [],
-        "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
+        "notices": records.notices(),
     })
 }
 
@@ -133,7 +133,7 @@ pub fn diagnosed(found: &StructureDiagnosis, records: &RecordSet, elapsed: f64) 
         "records": record_values(&found.last),
         "elapsed_ms": elapsed,
         "description": null,
-        "notices": sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r)),
+        "notices": records.notices(),
     })
 }
 

@@ -40,8 +40,7 @@ pub use single::{FigureFormat, FigureSize};
 
 /// A search for missing effects in plain text, for a terminal.
 pub fn walk(diagnosis: &Diagnosis, records: &RecordSet) -> String {
-    let of_files = sindyscope_values::record::notices(records.entries.iter().map(|(r, _)| &**r));
-    walk::text(diagnosis, (displacement_unit(records), &of_files), &|model| units(records, model))
+    walk::text(diagnosis, (displacement_unit(records), &records.notices()), &|model| units(records, model))
 }
 
 /// The kinds of document that can be written.

@@ -218,6 +218,11 @@ impl RecordSet {
         Self { entries: records.into_iter().map(|r| (Arc::new(r), usage)).collect() }
     }
 
+    /// What was found and done while reading its records, each sentence once.
+    pub fn notices(&self) -> Vec<&str> {
+        super::notices(self.entries.iter().map(|(record, _)| &**record))
+    }
+
     /// The records of a usage.
     pub fn with(&self, usage: Usage) -> impl Iterator<Item = &Arc<Record>> {
         self.entries.iter().filter(move |(_, u)| *u == usage).map(|(r, _)| r)
