@@ -389,13 +389,19 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     if direct.as_ref().is_some_and(|d| d.error() < MAX_ERROR_GROWTH * first.error().max(goal.noise)) && !sensitive {
         return direct;
     }
-    let near = first.error() < WRONG_MODEL_ERROR * goal.noise;
-    if goal.short_if_wrong && !near {
+    let near = |fit: &Landed| fit.error() < WRONG_MODEL_ERROR * goal.noise;
+    if goal.short_if_wrong && !near(&first) {
         let from = (first.refined.point.shared.as_slice(), Some(first.of(structure)));
-        let ended =
-            if first.refined.converged { None } else { shoot(structure, whole, from, 0, goal, goal.options.steps) };
-        return ended.or(Some(first));
+        if !first.refined.converged
+            && let Some(ended) = shoot(structure, whole, from, 0, goal, goal.options.steps)
+        {
+            first = ended;
+        }
+        if !near(&first) {
+            return Some(first);
+        }
     }
+    let near = near(&first);
     let exact = holds(first.error(), goal.noise);
     let mut held = climb(structure, whole, first, goal);
     // What a longer fit of such a motion ends in may be far from the truth by its own standard errors.
