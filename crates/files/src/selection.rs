@@ -42,6 +42,9 @@ pub(super) fn taken(headings: &[Heading], options: &ReadOptions) -> Vec<Option<C
     if !assignment.taken.iter().flatten().any(|key| key.quantity.is_motion()) {
         assignment.accelerations_by_unit();
     }
+    if !assignment.taken.iter().flatten().any(|key| key.quantity == ColumnQuantity::Input) {
+        assignment.force_by_unit();
+    }
     assignment.taken
 }
 
@@ -74,7 +77,10 @@ impl Assignment<'_> {
         if displacements.is_empty() && velocities.is_empty() && accelerations.is_empty() {
             accelerations = self.accelerations_by_unit();
         }
-        let inputs = self.numbered(ColumnQuantity::Input)?;
+        let mut inputs = self.numbered(ColumnQuantity::Input)?;
+        if inputs.is_empty() {
+            inputs = self.force_by_unit();
+        }
         let second_order = self.options.kind == Kind::SecondOrder;
         if displacements.is_empty() && velocities.is_empty() && (accelerations.is_empty() || !second_order) {
             let doubtful = self.headings.iter().filter_map(|h| match &h.meaning {
@@ -295,18 +301,35 @@ impl Assignment<'_> {
 
     /// Where no name speaks of a motion: the columns whose unit is that of an acceleration, numbered from 1.
     fn accelerations_by_unit(&mut self) -> Vec<(usize, usize)> {
-        if self.options.kind != Kind::SecondOrder || self.options.only_named {
+        if self.options.kind != Kind::SecondOrder {
             return Vec::new();
         }
-        let says = |unit: &str| units::parse(unit).is_some_and(|unit| unit.is_acceleration());
-        let columns: Vec<usize> =
-            (0..self.headings.len()).filter(|c| self.taken[*c].is_none() && says(&self.headings[*c].unit)).collect();
+        let columns = self.untaken(|unit| units::parse(unit).is_some_and(|unit| unit.is_acceleration()));
+        self.take_by_unit(columns, ColumnQuantity::Acceleration)
+    }
+
+    /// Where no name speaks of an input: the one column whose unit is that of a force or torque. Of several one may be a reaction.
+    fn force_by_unit(&mut self) -> Vec<(usize, usize)> {
+        // A joule has the torque's dimension and is none.
+        let says = |unit: &str| !unit.contains('J') && units::parse(unit).is_some_and(|unit| unit.is_force());
+        let columns = self.untaken(says);
+        if columns.len() == 1 { self.take_by_unit(columns, ColumnQuantity::Input) } else { Vec::new() }
+    }
+
+    /// Columns that are not taken and whose unit says something.
+    fn untaken(&self, says: impl Fn(&str) -> bool) -> Vec<usize> {
+        let fits = |c: &usize| self.taken[*c].is_none() && says(&self.headings[*c].unit);
+        if self.options.only_named { Vec::new() } else { (0..self.headings.len()).filter(fits).collect() }
+    }
+
+    fn take_by_unit(&mut self, columns: Vec<usize>, quantity: ColumnQuantity) -> Vec<(usize, usize)> {
         let numbered: Vec<(usize, usize)> =
             columns.into_iter().enumerate().map(|(i, column)| (i + 1, column)).collect();
         for (number, column) in &numbered {
-            self.taken[*column] = Some(ColumnKey { quantity: ColumnQuantity::Acceleration, number: Some(*number) });
-            let (name, unit) = (self.name(*column), &self.headings[*column].unit);
-            self.notices.push(format!("`{name}` is taken for acceleration a{number}, as its unit {unit} says"));
+            let key = ColumnKey { quantity, number: Some(*number) };
+            self.taken[*column] = Some(key);
+            let (name, unit, noun) = (self.name(*column), &self.headings[*column].unit, quantity.noun());
+            self.notices.push(format!("`{name}` is taken for {noun} {key}, as its unit {unit} says"));
         }
         numbered
     }
@@ -392,6 +415,11 @@ mod tests {
             ("t;x;v2", "", SecondOrder, "t0 x1=1 v2=2"),
             ("t;a;u", "", SecondOrder, "t0 a1=1 u1=2"),
             ("t;a1;v2", "", SecondOrder, "t0 v2=2 a1=1"),
+            ("t;x;M [N m]", "", SecondOrder, "t0 x1=1 u1=2"),
+            ("t;x;load (kN)", "", SecondOrder, "t0 x1=1 u1=2"),
+            ("t;x;load (kN);reaction (kN)", "", SecondOrder, "t0 x1=1"),
+            ("t;x;u;load (kN)", "", SecondOrder, "t0 x1=1 u1=2"),
+            ("t;x;energy (J)", "", SecondOrder, "t0 x1=1"),
         ] {
             assert_eq!(choose(header, map, kind).unwrap().0, want, "{header} {map}");
         }
@@ -407,6 +435,7 @@ mod tests {
                 Kind::SecondOrder,
                 "column `v_V` is not taken for a velocity: its unit `V` is not that of a velocity; if it is one, say which column is which: v=v_V",
             ),
+            ("t;x;load (kN)", Kind::SecondOrder, "`load (kN)` is taken for input u1, as its unit kN says"),
             ("t;x;base;force", Kind::SecondOrder, "`base` is input u1 and `force` is input u2"),
             ("t;x;v", Kind::FirstOrder, "the velocity `v` is state x2"),
         ] {
