@@ -52,7 +52,7 @@ fn hysteresis(setting: &EffectSetting, frame: &Frame, forms: &mut Vec<Form>) {
             site: Some(frame.site),
             coefficients: vec![coefficient("k_h", 0, -2, Direction::Against)],
             inner: vec![
-                Inner::new("x_b", (1, 0), logarithmic(least, 3.0 * reach, 9), (0.3 * least, 10.0 * reach)),
+                Inner::new("x_b", (1, 0), logarithmic(least, 3.0 * reach, 9), (0.1 * least, 10.0 * reach)),
                 // Minus one is a force that does not yield, below it grows with the displacement before it turns.
                 Inner::new("gamma/beta", (0, 0), vec![-1.3, -0.6, 0.1, 1.0], (-4.0, 10.0)),
             ],
