@@ -28,14 +28,19 @@ fn smooth(parts: impl IntoIterator<Item = (Expression, f64)>) -> Plant {
 
 const FORCED: (&str, &str) = ("m", "m/s^2");
 
-/// `ẍ + δẋ + αx + βx³ = u`.
+/// `ẍ + δẋ + αx + βx³ + F sgn ẋ = u`.
 static TWO_WELLS: PlantKind = PlantKind {
     parameters: &[
         parameter("delta", 0.25, "1/s", "damping"),
         parameter("alpha", -1.0, "1/s^2", "linear stiffness"),
         parameter("beta", 1.0, "1/(m^2 s^2)", "cubic stiffness"),
+        at_least(0.0, parameter("F", 0.0, "m/s^2", "dry friction over mass")),
     ],
-    build: |p| smooth([(x(), -p[1]), (x().power(3.0), -p[2]), (v(), -p[0]), (u(), 1.0)]),
+    build: |p| {
+        let wells = smooth([(x(), -p[1]), (x().power(3.0), -p[2]), (v(), -p[0]), (u(), 1.0)]);
+        let rubs = p[3] > 0.0;
+        Plant { contacts: rubs.then(|| Contact::coulomb(Term::new(v()), 1, p[3])).into_iter().collect(), ..wells }
+    },
     units: FORCED,
 };
 
@@ -245,7 +250,7 @@ const HYSTERESIS: Scenario = Scenario {
 };
 
 /// The scenarios.
-pub(super) static CLASSICS: [Scenario; 19] = [
+pub(super) static CLASSICS: [Scenario; 20] = [
     Scenario {
         // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
         name: "double-well",
@@ -253,6 +258,19 @@ pub(super) static CLASSICS: [Scenario; 19] = [
         amplitude: 0.4,
         frequencies: &[turns(1.0)],
         plant: &TWO_WELLS,
+        ..TONE
+    },
+    Scenario {
+        name: "double-well-friction",
+        summary: "a beam between two magnets that rubs, random-phase multisine force: two wells, chaotic",
+        excitation_kind: ScenarioExcitation::Multisine,
+        duration: 150.0,
+        amplitude: 0.42,
+        frequencies: &[0.05, 0.3],
+        lines: 9,
+        initial: &[0.9, 0.0],
+        plant: &TWO_WELLS,
+        changed: &[("delta", 0.15), ("F", 0.1)],
         ..TONE
     },
     Scenario {
