@@ -11,7 +11,7 @@ use super::structure::Composition;
 use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{
-    SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, quantisation_step, rms,
+    SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, quantisation_step, rests, rms,
     standard_deviation, turning_period,
 };
 use sindyscope_core::simulate::InputGrid;
@@ -116,12 +116,13 @@ impl Data {
         let layout = records.layout(kind).map_err(GapError::Records)?;
         let fit = usable(records, initial)?;
         let first = fit.first().ok_or(GapError::NothingToFit)?;
-        let (set, stride) = thinned(records, constants.thinned_above, check)?;
+        let mut notices = Vec::new();
+        let moving = without_rest(records, &mut notices);
+        let (set, stride) = thinned(&moving, constants.thinned_above, check)?;
         for (record, _) in &set.entries {
             check()?;
             SignalFacts::cached(record, &layout);
         }
-        let mut notices = Vec::new();
         if stride > 1 {
             let samples: usize = fit.iter().map(|r| r.len()).sum();
             notices.push(format!(
@@ -365,6 +366,55 @@ fn thinned(
         }
     }
     Ok((set, stride))
+}
+
+/// Periods of rest that a record keeps at its end, and how many more it must have for them to be left out.
+const RESTING_PERIODS: f64 = 1.0;
+const LEFT_OUT_PERIODS: f64 = 2.0;
+
+/// The records as long as something moves: where a free motion has come to rest all that follows says one thing, where it
+/// stopped. As so many samples of their own those would count for more than all of the motion.
+fn without_rest(records: &RecordSet, notices: &mut Vec<String>) -> RecordSet {
+    let shorter = |record: &Arc<Record>| {
+        let kept = moving(record).unwrap_or(record.len());
+        if kept == record.len() {
+            return Arc::clone(record);
+        }
+        let mut shorter = Record::clone(record);
+        for channel in &mut shorter.channels {
+            channel.values = channel.values[..kept].into();
+        }
+        Arc::new(shorter)
+    };
+    let mut set = RecordSet::default();
+    for (record, usage) in &records.entries {
+        let shorter = shorter(record);
+        if shorter.len() < record.len() {
+            let end = format_si(shorter.start + shorter.duration(), "s", 3);
+            notices.push(format!("`{}` is at rest from {end} on: what follows is left out.", record.name));
+        }
+        set.entries.push((shorter, *usage));
+    }
+    set
+}
+
+/// Samples until a free motion has come to rest, and a period of that; none where it does not for long.
+fn moving(record: &Record) -> Option<usize> {
+    let n = record.len();
+    let inputs = record.channels.iter().filter(|c| matches!(c.role, Role::Input(_)));
+    if inputs.map(|c| mean_and_variance(&c.values).1).any(|variance| variance > 0.0) {
+        return None;
+    }
+    let (mut last, mut longest) = (0, 0.0);
+    for sensor in record.sensors() {
+        let Role::Displacement(_) = sensor.role else { return None };
+        let noise = standard_deviation(&sensor.values)?;
+        let period = main_period(&sensor.values, record.interval, noise)? / record.interval;
+        let rest = rests(&sensor.values, noise, period).pop().filter(|rest| rest.end == n)?;
+        (last, longest) = (last.max(rest.start), f64::max(longest, period));
+    }
+    let kept = (last + (RESTING_PERIODS * longest) as usize).max(FEWEST_SAMPLES);
+    ((kept as f64) + LEFT_OUT_PERIODS * longest < n as f64).then_some(kept)
 }
 
 /// The first sensor whose readings come in steps coarser than its noise, with the step.

@@ -4,9 +4,12 @@ use super::outcome::Curve;
 use super::parameters::Parameters;
 use super::site::{Placed, Site};
 use super::structure::Composition;
+use super::{Ask, Search};
 use sindyscope_core::signal::quantisation_step;
 use sindyscope_core::simulate::Output;
 use sindyscope_core::study::Cancel;
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::{Layout, Term, list};
 
 fn setting(masses: usize, base_excited: bool) -> EffectSetting {
@@ -274,4 +277,20 @@ fn a_term_of_an_effect_is_what_its_text_says() {
             }
         }
     }
+}
+
+#[test]
+fn a_free_motion_counts_until_it_has_come_to_rest() {
+    let of = |scenario: &str, duration: f64| {
+        let noise = Some(Noise::ShareOfPeak(0.01));
+        let options = ScenarioOptions { duration: Some(duration), noise, ..ScenarioOptions::default() };
+        let records = RecordSet::new(generate(scenario, &options).unwrap().records, Usage::Fit);
+        let search = Search::new(&records, &Ask::default()).unwrap();
+        let [series, ..] = search.data.fit() else { panic!("a record is fitted") };
+        (series.len() as f64 * series.interval, search.data.notices.iter().any(|n| n.contains("is at rest from")))
+    };
+    let [(short, told), (long, told_too)] = [5.0, 15.0].map(|duration| of("friction-decay", duration));
+    assert!(told && told_too && short < 4.0 && (short - long).abs() < 0.5, "{short} s of 5, {long} s of 15");
+    let (moving, told) = of("friction-multisine", 16.0);
+    assert!(!told && moving > 15.9, "{moving} s of 16");
 }

@@ -468,12 +468,12 @@ fn the_study_of_places() {
     targets.assert_reached();
 }
 
-/// Two contacts at once: driven richly both forces are found; a free decay shows them in part of the draws.
+/// Two contacts at once: driven richly both forces are found, in a free decay in most draws.
 #[test]
 #[ignore = "minutes; run with --profile study"]
 fn the_study_of_two_contacts() {
     let mut targets = Targets::default();
-    for (driven, least, wrong, error) in [(true, 90.0, 0.0, 5.0), (false, 30.0, 10.0, 10.0)] {
+    for (driven, least, wrong, error) in [(true, 90.0, 0.0, 5.0), (false, 80.0, 0.0, 10.0)] {
         let found: Vec<(Found, f64)> = (0..10).filter_map(|seed| two_contacts(driven, seed)).collect();
         let of = |wanted: Found| share(found.iter().filter(|(f, _)| *f == wanted).count(), found.len());
         let mut errors: Vec<f64> = found.iter().filter(|(f, _)| *f == Found::Right).map(|(_, e)| 1e2 * e).collect();
