@@ -117,7 +117,7 @@ impl Data {
         let fit = usable(records, initial)?;
         let first = fit.first().ok_or(GapError::NothingToFit)?;
         let mut notices = Vec::new();
-        let moving = without_rest(records, &mut notices);
+        let moving = without_rest(records, initial.unwrap_or(0), &mut notices);
         let (set, stride) = thinned(&moving, constants.thinned_above, check)?;
         for (record, _) in &set.entries {
             check()?;
@@ -368,41 +368,31 @@ fn thinned(
     Ok((set, stride))
 }
 
-/// Periods of rest that a record keeps at its end, and how many more it must have for them to be left out.
-const RESTING_PERIODS: f64 = 1.0;
-const LEFT_OUT_PERIODS: f64 = 2.0;
+/// What it is to have come to rest: to stay so for this many periods, of which the first is kept.
+const AT_REST: f64 = 3.0;
 
 /// The records as long as something moves: where a free motion has come to rest all that follows says one thing, where it
-/// stopped. As so many samples of their own those would count for more than all of the motion.
-fn without_rest(records: &RecordSet, notices: &mut Vec<String>) -> RecordSet {
-    let shorter = |record: &Arc<Record>| {
-        let kept = moving(record).unwrap_or(record.len());
-        if kept == record.len() {
-            return Arc::clone(record);
-        }
-        let mut shorter = Record::clone(record);
-        for channel in &mut shorter.channels {
-            channel.values = channel.values[..kept].into();
-        }
-        Arc::new(shorter)
-    };
+/// stopped. As so many samples of their own those would count for more than all of the motion. What the initial state of a
+/// held-out record is estimated from, `initial` samples, stays.
+fn without_rest(records: &RecordSet, initial: usize, notices: &mut Vec<String>) -> RecordSet {
     let mut set = RecordSet::default();
     for (record, usage) in &records.entries {
-        let shorter = shorter(record);
+        let kept = moving(record).map(|kept| kept.max(initial + FEWEST_SAMPLES)).filter(|kept| *kept < record.len());
+        let shorter = kept.map_or_else(|| Arc::clone(record), |kept| Arc::new(record.slice(0..kept)));
         if shorter.len() < record.len() {
-            let end = format_si(shorter.start + shorter.duration(), "s", 3);
-            notices.push(format!("`{}` is at rest from {end} on: what follows is left out.", record.name));
+            let end = format_si(shorter.time(shorter.len()), "s", 3);
+            notices.push(format!("`{}` has come to rest: what follows after {end} is left out.", record.name));
         }
         set.entries.push((shorter, *usage));
     }
     set
 }
 
-/// Samples until a free motion has come to rest, and a period of that; none where it does not for long.
+/// Samples until a free motion has come to rest, and a period of that; none where it does not.
 fn moving(record: &Record) -> Option<usize> {
     let n = record.len();
-    let inputs = record.channels.iter().filter(|c| matches!(c.role, Role::Input(_)));
-    if inputs.map(|c| mean_and_variance(&c.values).1).any(|variance| variance > 0.0) {
+    let mut inputs = record.channels.iter().filter(|c| matches!(c.role, Role::Input(_)));
+    if inputs.any(|c| mean_and_variance(&c.values).1 > 0.0) {
         return None;
     }
     let (mut last, mut longest) = (0, 0.0);
@@ -413,8 +403,7 @@ fn moving(record: &Record) -> Option<usize> {
         let rest = rests(&sensor.values, noise, period).pop().filter(|rest| rest.end == n)?;
         (last, longest) = (last.max(rest.start), f64::max(longest, period));
     }
-    let kept = (last + (RESTING_PERIODS * longest) as usize).max(FEWEST_SAMPLES);
-    ((kept as f64) + LEFT_OUT_PERIODS * longest < n as f64).then_some(kept)
+    (last as f64 + AT_REST * longest < n as f64).then_some(last + longest as usize)
 }
 
 /// The first sensor whose readings come in steps coarser than its noise, with the step.

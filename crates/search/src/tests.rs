@@ -281,16 +281,22 @@ fn a_term_of_an_effect_is_what_its_text_says() {
 
 #[test]
 fn a_free_motion_counts_until_it_has_come_to_rest() {
-    let of = |scenario: &str, duration: f64| {
+    let of = |scenario: &str, duration: f64, initial: Option<usize>| {
         let noise = Some(Noise::ShareOfPeak(0.01));
         let options = ScenarioOptions { duration: Some(duration), noise, ..ScenarioOptions::default() };
-        let records = RecordSet::new(generate(scenario, &options).unwrap().records, Usage::Fit);
-        let search = Search::new(&records, &Ask::default()).unwrap();
+        let made = || generate(scenario, &options).unwrap().records;
+        let mut records = RecordSet::new(made(), Usage::Fit);
+        records.add(made(), Usage::HeldOut);
+        let search = Search::new(&records, &Ask { initial, ..Ask::default() }).unwrap();
         let [series, ..] = search.data.fit() else { panic!("a record is fitted") };
-        (series.len() as f64 * series.interval, search.data.notices.iter().any(|n| n.contains("is at rest from")))
+        let told = search.data.notices.iter().any(|n| n.contains("has come to rest"));
+        assert!(search.data.held_out().iter().all(|s| initial.is_none_or(|initial| s.len() > initial)));
+        (series.len() as f64 * series.interval, told)
     };
-    let [(short, told), (long, told_too)] = [5.0, 15.0].map(|duration| of("friction-decay", duration));
+    let [(short, told), (long, told_too)] = [5.0, 15.0].map(|duration| of("friction-decay", duration, None));
     assert!(told && told_too && short < 4.0 && (short - long).abs() < 0.5, "{short} s of 5, {long} s of 15");
-    let (moving, told) = of("friction-multisine", 16.0);
+    let (moving, told) = of("friction-multisine", 16.0, None);
     assert!(!told && moving > 15.9, "{moving} s of 16");
+    // More than the motion lasts may be wanted for the initial state.
+    of("friction-decay", 5.0, Some(4500));
 }
