@@ -377,7 +377,8 @@ const AT_REST: f64 = 3.0;
 fn without_rest(records: &RecordSet, initial: usize, notices: &mut Vec<String>) -> RecordSet {
     let mut set = RecordSet::default();
     for (record, usage) in &records.entries {
-        let kept = moving(record).map(|kept| kept.max(initial + FEWEST_SAMPLES)).filter(|kept| *kept < record.len());
+        let asked = if *usage == Usage::HeldOut { initial } else { 0 };
+        let kept = moving(record).map(|kept| kept.max(asked + FEWEST_SAMPLES)).filter(|kept| *kept < record.len());
         let shorter = kept.map_or_else(|| Arc::clone(record), |kept| Arc::new(record.slice(0..kept)));
         if shorter.len() < record.len() {
             let end = format_si(shorter.time(shorter.len()), "s", 3);

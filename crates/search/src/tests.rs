@@ -298,5 +298,6 @@ fn a_free_motion_counts_until_it_has_come_to_rest() {
     let (moving, told) = of("friction-multisine", 16.0, None);
     assert!(!told && moving > 15.9, "{moving} s of 16");
     // More than the motion lasts may be wanted for the initial state.
-    of("friction-decay", 5.0, Some(4500));
+    let (fitted, _) = of("friction-decay", 5.0, Some(4500));
+    assert!((fitted - short).abs() < 0.01, "{fitted} s");
 }
