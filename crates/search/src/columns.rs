@@ -138,23 +138,34 @@ fn integrate_linear(
     let step = (a * clock.interval).exp();
     let after = step.view((0, 2 * count), (count, count)).clone_owned();
     let before = step.view((0, count), (count, count)) - &after;
-    let mut out = vec![Vec::with_capacity(n); count];
-    let mut state = [0.0; MOST_LINEAR];
+    let step = step.view((0, 0), (count, count)).clone_owned();
+    let parts = [&step, &before, &after];
+    Some(match count {
+        1 => stepped::<1>(parts, &forces),
+        2 => stepped::<2>(parts, &forces),
+        3 => stepped::<3>(parts, &forces),
+        _ => stepped::<MOST_LINEAR>(parts, &forces),
+    })
+}
+
+/// States from zero on: each is so much of the states before, and of the forces at the step's beginning and at its end.
+fn stepped<const N: usize>(parts: [&nalgebra::DMatrix<f64>; 3], forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let [step, before, after] = parts.map(|part| std::array::from_fn(|i| std::array::from_fn(|j| part[(i, j)])));
+    let ([step, before, after], n): ([[[f64; N]; N]; 3], usize) = ([step, before, after], forces[0].len());
+    let at = |k: usize| -> [f64; N] { std::array::from_fn(|j| forces[j][k]) };
+    let mut out = vec![Vec::with_capacity(n); N];
+    let mut state = [0.0; N];
     for k in 0..n {
         for (o, s) in out.iter_mut().zip(&state) {
             o.push(*s);
         }
         if k + 1 < n {
-            let mut next = [0.0; MOST_LINEAR];
-            for (i, next) in next[..count].iter_mut().enumerate() {
-                for j in 0..count {
-                    *next += step[(i, j)] * state[j] + before[(i, j)] * forces[j][k] + after[(i, j)] * forces[j][k + 1];
-                }
-            }
-            state = next;
+            let (now, then) = (at(k), at(k + 1));
+            let part = |i: usize, j: usize| step[i][j] * state[j] + before[i][j] * now[j] + after[i][j] * then[j];
+            state = std::array::from_fn(|i| (0..N).map(|j| part(i, j)).sum());
         }
     }
-    Some(out)
+    out
 }
 
 /// Internal states that the linear way takes.
@@ -222,7 +233,9 @@ pub(super) fn integrate(
             let length = h / STEPS as f64;
             let from = part as f64 / STEPS as f64;
             for (i, (place, weight)) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.5), (1.0, 1.0)].into_iter().enumerate() {
-                load(&mut slots, k, from + place / STEPS as f64);
+                if i != 2 {
+                    load(&mut slots, k, from + place / STEPS as f64);
+                }
                 for j in 0..count {
                     let before = if i == 0 { 0.0 } else { stage[i - 1][j] };
                     slots[z + j] = state[j] + weight * length * before;

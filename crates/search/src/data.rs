@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 use super::GapError;
 use super::constants::Constants;
 use super::effort::Counters;
-use super::propose::MeasuredPath;
+use super::propose::{MeasuredPath, PresentModel};
 use super::search::Ask;
 use super::site::Placed;
 use super::structure::Composition;
@@ -243,7 +243,7 @@ impl Data {
         let others = base.base.iter().filter(|t| **t != constant).cloned();
         let free = Composition::new(self.layout, others.chain([constant.clone()]).collect());
         let spring = free.spring()?;
-        let found = self.propose_exactly(&free, &free.middle(), &[], cancel)?;
+        let found = PresentModel::new(self, &free, &free.middle(), cancel).exactly(&[])?;
         let coefficients = free.named(&found.shared).coefficients;
         let point = -coefficients.last()? / coefficients[spring];
         let (mut mean, mut variance) = (0.0, 0.0);

@@ -11,7 +11,7 @@ use super::fit::Fitted;
 use super::judge::Hypothesis;
 use super::outcome::{Description, Finding, Stage};
 use super::progress::Progress;
-use super::propose::Proposal;
+use super::propose::{PresentModel, Proposal};
 use super::ruling::Tried;
 use super::search::{Depth, Keep, Listener, Search};
 use super::words::described;
@@ -122,7 +122,7 @@ impl Search {
         let forms = self.words_of_formulas(before, &motion);
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         // No term stands for a part of another, as effects do: the shortest is found by the comparison alone.
-        let proposals = data.propose(composition, inner, &forms, 0.0, cancel);
+        let proposals = PresentModel::new(data, composition, inner, cancel).propose(&forms, 0.0);
         tried.know(composition.forms.iter().chain(&forms));
         let present = tried.indices(composition);
         if tried.place(&present).is_none() {

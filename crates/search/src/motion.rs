@@ -72,13 +72,6 @@ impl Oscillator {
     /// The state after an interval in which the forces on some masses go from one value to another.
     fn advance(&self, state: &[f64], forces: &[(usize, &[f64])], k: usize, next: &mut [f64]) {
         let Self { step, before, after, .. } = self;
-        // One mass, written out: the search spends much of its time here.
-        if let ([p, v], [(_, force)], [p_next, v_next]) = (state, forces, &mut *next) {
-            let (now, then) = (force[k], force[k + 1]);
-            *p_next = step[0] * p + step[1] * v + before[0] * now + after[0] * then;
-            *v_next = step[2] * p + step[3] * v + before[1] * now + after[1] * then;
-            return;
-        }
         let m = state.len();
         for (i, next) in next.iter_mut().enumerate() {
             let mut value = 0.0;
@@ -151,9 +144,15 @@ impl Variation {
     /// What sensors show, each by its weight, of the response to forces on some masses from rest: one series behind the other,
     /// written into `out`.
     pub(super) fn respond(&self, forces: &[(usize, &[f64])], outputs: &[(Output, f64)], out: &mut Vec<f64>) {
+        out.clear();
+        // One mass, written out: the search spends much of its time here.
+        if let ([(0, force)], [(Output::Displacement(0), weight)], [_]) =
+            (forces, outputs, self.oscillator.stiffness.as_slice())
+        {
+            return self.displace(force, *weight, out);
+        }
         let n = self.oscillator.masses();
         let samples = forces.first().map_or(0, |f| f.1.len());
-        out.clear();
         out.resize(outputs.len() * samples, 0.0);
         let (mut state, mut next) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
         for k in 0..samples {
@@ -175,6 +174,25 @@ impl Variation {
                 self.kick(k, &mut state, &mut next);
             }
         }
+    }
+
+    /// The displacement of a single mass, times a weight.
+    fn displace(&self, force: &[f64], weight: f64, out: &mut Vec<f64>) {
+        let Oscillator { step, before, after, .. } = &self.oscillator;
+        let (mut p, mut v) = (0.0, 0.0);
+        let mut go_on = |now: f64, then: f64, (left, pull): (f64, f64)| {
+            v = left * v - pull * p;
+            (p, v) = (
+                step[0] * p + step[1] * v + before[0] * now + after[0] * then,
+                step[2] * p + step[3] * v + before[1] * now + after[1] * then,
+            );
+            v = left * v - pull * p;
+            weight * p
+        };
+        out.reserve(force.len());
+        out.extend(force.first().map(|_| 0.0));
+        let kicks = self.left.iter().copied().zip(self.pull.iter().copied()).chain(std::iter::repeat((1.0, 0.0)));
+        out.extend(force.windows(2).zip(kicks).map(|(pair, kick)| go_on(pair[0], pair[1], kick)));
     }
 
     /// The half kick of an interval; `scratch` is as long as the state.

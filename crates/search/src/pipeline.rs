@@ -10,7 +10,7 @@ use super::judge::{Hypothesis, contains, parts};
 use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
-use super::propose::Proposal;
+use super::propose::{PresentModel, Proposal};
 use super::ruling::Tried;
 use super::screen::Hit;
 use super::search::{Listener, Search};
@@ -56,8 +56,8 @@ impl Search {
         if forms.len() < choices.len() {
             return Err(impossible());
         }
-        let start = self.data.propose_exactly(&base.composition, &base.parameters.inner, &forms, cancel);
-        let set = start
+        let set = PresentModel::new(&self.data, &base.composition, &base.parameters.inner, cancel)
+            .exactly(&forms)
             .and_then(|start| self.fitted_set(start, Vec::new(), None, &|_| false, cancel))
             .ok_or_else(impossible)?;
         Ok(Fitted::clone(&set.fitted))
@@ -77,10 +77,11 @@ impl Search {
         let constants = &data.constants;
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
-        let mut proposals = data.propose(composition, inner, forms, constants.crumb, cancel);
+        let model = PresentModel::new(data, composition, inner, cancel);
+        let mut proposals = model.propose(forms, constants.crumb);
         proposals.retain(|p| p.forms.len() <= room);
-        proposals.extend(self.seen_along(before, (forms, screened), &proposals, cancel));
-        proposals.splice(0..0, self.holding(before, forms, cancel));
+        proposals.extend(self.seen_along(&model, (forms, screened), &proposals));
+        proposals.splice(0..0, self.holding(before, &model, forms));
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
             let with = Self::with(composition, form);
@@ -200,12 +201,23 @@ impl Search {
         true
     }
 
-    /// Fits sets that do not hang on one another, from where they start. Each has a bar of its own: its effort is bounded as a
-    /// rival's is, and it is not given up.
-    fn fit_each(&self, sets: Vec<(Vec<usize>, Option<Proposal>)>, tried: &Tried, cancel: &Cancel) -> Vec<Hypothesis> {
+    /// Fits sets that do not hang on one another, each from where another one with which it shares effects landed. Each has a bar of
+    /// its own: its effort is bounded as a rival's is, and it is not given up.
+    fn fit_each(
+        &self,
+        base: &Fitted,
+        sets: Vec<(Vec<usize>, Arc<Fitted>)>,
+        tried: &Tried,
+        cancel: &Cancel,
+    ) -> Vec<Hypothesis> {
+        if sets.is_empty() {
+            return Vec::new();
+        }
+        let model = PresentModel::new(&self.data, &base.composition, &base.parameters.inner, cancel);
         let lost = |landed: &Landed| self.has_lost(landed, tried);
-        let fit = |(set, start): (Vec<usize>, Option<Proposal>)| {
-            self.fitted_set(start.filter(|_| !cancel.is_cancelled())?, set, Some(&Bar::default()), &lost, cancel)
+        let fit = |(set, other): (Vec<usize>, Arc<Fitted>)| {
+            let start = self.sharing(base, &model, &other, &set, tried).filter(|_| !cancel.is_cancelled())?;
+            self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel)
         };
         sets.into_par_iter().map(fit).collect::<Vec<_>>().into_iter().flatten().collect()
     }
@@ -248,15 +260,13 @@ impl Search {
 
     /// What rests while the force on it changes is held by dry friction, each kind of which is tried before all else. The
     /// regression hears nothing of rests, and does not order these.
-    fn holding(&self, before: &Fitted, forms: &[Form], cancel: &Cancel) -> Vec<Proposal> {
+    fn holding(&self, before: &Fitted, model: &PresentModel<'_>, forms: &[Form]) -> Vec<Proposal> {
         if !self.data.rests() {
             return Vec::new();
         }
-        let (composition, inner) = (&before.composition, &before.parameters.inner);
         let alone = |k: usize| {
             let form = std::slice::from_ref(&forms[k]);
-            let regressed = self.data.propose_exactly(composition, inner, form, cancel);
-            let start = regressed.unwrap_or_else(|| self.unfitted(before, form));
+            let start = model.exactly(form).unwrap_or_else(|| self.unfitted(before, form));
             Proposal { forms: vec![k], gain: f64::INFINITY, ..start }
         };
         (0..forms.len()).filter(|k| forms[*k].is_dry_friction()).map(alone).collect()
@@ -266,18 +276,16 @@ impl Search {
     /// base model's motion is proposed too, as likely as what the regression has first.
     fn seen_along(
         &self,
-        before: &Fitted,
+        model: &PresentModel<'_>,
         (forms, screened): (&[Form], &[Hit]),
         proposals: &[Proposal],
-        cancel: &Cancel,
     ) -> Vec<Proposal> {
         if self.data.outputs.iter().all(|o| o.derivatives() == 0) {
             return Vec::new();
         }
-        let (composition, inner) = (&before.composition, &before.parameters.inner);
         let gain = proposals.iter().map(|p| p.gain).fold(0.0, f64::max);
         let alone = |k: usize| {
-            let start = self.data.propose_exactly(composition, inner, std::slice::from_ref(&forms[k]), cancel)?;
+            let start = model.exactly(std::slice::from_ref(&forms[k]))?;
             Some(Proposal { forms: vec![k], gain, ..start })
         };
         let first = screened.iter().map(|hit| hit.form).filter(|k| !forms[*k].is_outside());
@@ -289,7 +297,7 @@ impl Search {
     pub(super) fn close(&self, tried: &mut Tried, kept: &[usize], cancel: &Cancel) {
         let Some(base) = self.known(&[]) else { return };
         let has = |set: &[usize]| kept.iter().all(|k| set.contains(k));
-        let mut parts: Vec<(Vec<usize>, Option<Proposal>)> = Vec::new();
+        let mut parts: Vec<(Vec<usize>, Arc<Fitted>)> = Vec::new();
         for whole in tried.best().into_iter().take(self.data.constants.sets_with_parts) {
             let of_kept = has(&tried.sets[whole].forms);
             for part in tried.parts_of(&tried.sets[whole].forms) {
@@ -297,11 +305,10 @@ impl Search {
                 if known || of_kept && !has(&part) {
                     continue;
                 }
-                let start = self.part_of(&base, &tried.sets[whole].fitted, &part, tried, cancel);
-                parts.push((part, start));
+                parts.push((part, Arc::clone(&tried.sets[whole].fitted)));
             }
         }
-        let parts = self.fit_each(parts, tried, cancel);
+        let parts = self.fit_each(&base, parts, tried, cancel);
         tried.sets.extend(parts);
     }
 
@@ -346,35 +353,30 @@ impl Search {
         exchanged.retain(|other| tried.place(other).is_none() && !follows_any(other));
         exchanged.sort();
         exchanged.dedup();
-        let start = |other: Vec<usize>| {
-            let start = self.part_of(&base, &fitted, &other, tried, cancel);
-            (other, start)
-        };
-        let exchanged = exchanged.into_iter().map(start).collect();
+        let exchanged = exchanged.into_iter().map(|other| (other, Arc::clone(&fitted))).collect();
         let before = tried.sets.len();
-        let exchanged = self.fit_each(exchanged, tried, cancel);
+        let exchanged = self.fit_each(&base, exchanged, tried, cancel);
         tried.sets.extend(exchanged);
         tried.sets.len() > before
     }
 
-    /// Where the fit of a part starts: all that it shares with the whole as that has it, the rest from the regression.
-    fn part_of(
+    /// Where the fit of a set starts: all that it shares with another one as that has it, the rest from the regression.
+    fn sharing(
         &self,
         base: &Fitted,
-        whole: &Fitted,
-        part: &[usize],
+        model: &PresentModel<'_>,
+        other: &Fitted,
+        set: &[usize],
         tried: &Tried,
-        cancel: &Cancel,
     ) -> Option<Proposal> {
-        let chosen: Vec<Form> = part.iter().map(|k| tried.forms[*k].clone()).collect();
-        let (composition, inner) = (&base.composition, &base.parameters.inner);
-        let regressed = self.data.propose_exactly(composition, inner, &chosen, cancel);
-        if whole.level != WHOLE {
+        let chosen: Vec<Form> = set.iter().map(|k| tried.forms[*k].clone()).collect();
+        let regressed = model.exactly(&chosen);
+        if other.level != WHOLE {
             return regressed;
         }
         let start = regressed.unwrap_or_else(|| self.unfitted(base, &chosen));
         let own = start.composition.named(&start.shared);
-        let shared = start.composition.transferred(&own, &whole.composition, &whole.parameters).row();
+        let shared = start.composition.transferred(&own, &other.composition, &other.parameters).row();
         Some(Proposal { shared: start.composition.clamped(&shared), ..start })
     }
 

@@ -14,6 +14,7 @@ use super::judge::{Hypothesis, judge};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
 use super::progress::Progress;
+use super::propose::PresentModel;
 use super::ruling::{Decision, Tried};
 use super::screen::Motion;
 use super::site::Placed;
@@ -186,7 +187,7 @@ impl Search {
         if base.datum || data.outputs != [Output::Displacement(0)] {
             return None;
         }
-        let regressed = data.propose_exactly(base, &base.middle(), &[], cancel)?;
+        let regressed = PresentModel::new(data, base, &base.middle(), cancel).exactly(&[])?;
         if !data.is_slow(base.named(&regressed.shared).coefficients[spring]) {
             return None;
         }
@@ -199,7 +200,7 @@ impl Search {
         free.base.remove(spring);
         free.base.retain(|t| *t != constant);
         let steady = Composition { base: free.base.iter().cloned().chain([constant]).collect(), ..free.clone() };
-        let start = data.propose_exactly(&steady, &steady.middle(), &[], cancel)?;
+        let start = PresentModel::new(data, &steady, &steady.middle(), cancel).exactly(&[])?;
         let drifting = self.fitted_set(start, Vec::new(), None, &|_| false, cancel)?;
         let pushed = self.hypothesis(Vec::new(), pushed, cancel);
         if data.constants.beats(&pushed, &drifting, data.constants.lead) {
@@ -337,7 +338,7 @@ impl Search {
             let coefficients = data.start(&composition.base, &[], &rough, prior)?;
             Some(Parameters { coefficients, inner: inner.clone() }.row())
         };
-        let regressed = || data.propose_exactly(&composition, &inner, &[], cancel).map(|start| start.shared);
+        let regressed = || PresentModel::new(data, &composition, &inner, cancel).exactly(&[]).map(|start| start.shared);
         for start in std::iter::once(regressed()).chain(PRIORS.map(leaning)).flatten() {
             if let Some(landed) = self.landed(&composition, &start, None, cancel) {
                 return Ok(data.judged(composition, landed, cancel));

@@ -32,6 +32,7 @@ pub(super) struct Composition {
 }
 
 /// What a composition comes to at given inner values.
+#[derive(Clone)]
 pub(super) struct Composed {
     /// Terms of the accelerations.
     pub(super) terms: Vec<Placed>,

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::gram::Gram;
+use super::rows::LANES;
 use super::sets::best_of;
 use super::{FoundSets, GridPoint, GridStep, Score, SetRegression};
 use crate::constants::LARGEST_SET;
@@ -15,7 +16,7 @@ const ZOOMS: usize = 2;
 impl SetRegression<'_> {
     /// The best points of every form's grid, with their columns in the pool.
     pub(super) fn points(&mut self) -> Vec<GridPoint> {
-        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let base = Gram::new(&self.pool, std::slice::from_ref(&(0..self.model.rows.len())), self.model.cancel);
         let of_base: Vec<usize> = (1..self.pool.len()).collect();
         let alone = base.solve(&of_base).map_or(f64::INFINITY, |s| s.left);
         let grid: Vec<(usize, Vec<f64>, Vec<GridStep>)> = self
@@ -28,33 +29,34 @@ impl SetRegression<'_> {
                 form.grid().into_iter().map(move |inner| (k, inner, steps.clone()))
             })
             .collect();
-        let preloads = self.zeros();
+        let mut preloads = self.model.zeros();
+        self.model.rows.whiten(&mut preloads);
         let preloaded = base.beside(&self.pool.iter().map(Vec::as_slice).collect::<Vec<_>>(), &preloads);
         // What it leaves beside the base, and beside a constant force too: under a load a contact lies elsewhere.
         type Built = ([f64; 2], Vec<Vec<f64>>, GridPoint);
+        let useful = |(columns, point): (Vec<Vec<f64>>, GridPoint)| -> Option<Built> {
+            let form = point.form;
+            let beside = |base: &Gram, further: &[Vec<f64>]| {
+                self.left_beside((base, further), &columns, (&point.replaces, point.rewrites), form)
+            };
+            // Only what depends on the displacement has a place that a load moves.
+            let moves = self.forms[form].axis == ForceAxis::Displacement;
+            let under_load = if moves { beside(&preloaded, &preloads) } else { None };
+            let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
+            // What takes the place of a term may leave more than it alone, and less beside what else is missing.
+            let exchanged = !point.replaces.is_empty() && left[0].is_finite();
+            // What is met often may be nothing alone, or act the wrong way round, and be right beside another effect: a steady
+            // force beside the sine of an angle whose zero is open, friction beside a spring that is none.
+            let asked = self.forms[form].is_common();
+            (left[0] < alone || left[1] < alone || exchanged || asked).then_some((left, columns, point))
+        };
         let built: Vec<Built> = grid
+            .chunks(LANES)
+            .collect::<Vec<_>>()
             .into_par_iter()
-            .filter(|_| !self.cancel.is_cancelled())
-            .filter_map(|(form, inner, step)| {
-                let (columns, replaces, rewrites) = self.of_form(&self.forms[form], &inner);
-                let beside = |base: &Gram, further: &[Vec<f64>]| {
-                    self.left_beside((base, further), &columns, (&replaces, rewrites), form)
-                };
-                // Only what depends on the displacement has a place that a load moves.
-                let moves = self.forms[form].axis == ForceAxis::Displacement;
-                let under_load = if moves { beside(&preloaded, &preloads) } else { None };
-                let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
-                let remembers = !self.forms[form].addition(&inner).internals.is_empty();
-                let point = GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
-                // What takes the place of a term may leave more than it alone, and less beside what else is missing.
-                let exchanged = !point.replaces.is_empty() && left[0].is_finite();
-                // What is met often may be nothing alone, or act the wrong way round, and be right beside another effect: a steady
-                // force beside the sine of an angle whose zero is open, friction beside a spring that is none.
-                let asked = self.forms[form].is_common();
-                (left[0] < alone || left[1] < alone || exchanged || asked).then_some((left, columns, point))
-            })
+            .flat_map_iter(|some| self.made(some).into_iter().filter_map(useful))
             .collect();
-        let constants = &self.data.constants;
+        let constants = &self.model.data.constants;
         let mut kept: Vec<Built> = Vec::new();
         for form in 0..self.forms.len() {
             let of_form: Vec<&Built> = built.iter().filter(|(_, _, p)| p.form == form).collect();
@@ -69,6 +71,22 @@ impl SetRegression<'_> {
             kept.extend(own.into_iter().cloned());
         }
         kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
+    }
+
+    /// Points of forms (index, inner values, steps) with their columns, which are whitened together.
+    fn made(&self, points: &[(usize, Vec<f64>, Vec<GridStep>)]) -> Vec<(Vec<Vec<f64>>, GridPoint)> {
+        let mut all = Vec::new();
+        let mut made = Vec::new();
+        for (form, inner, step) in points.iter().filter(|_| !self.model.cancel.is_cancelled()) {
+            let (own, replaces, rewrites) = self.of_form(&self.forms[*form], inner);
+            let remembers = !self.forms[*form].addition(inner).internals.is_empty();
+            let (form, inner, step, columns) = (*form, inner.clone(), step.clone(), 0..own.len());
+            all.extend(own);
+            made.push(GridPoint { form, inner, step, columns, replaces, rewrites, remembers });
+        }
+        self.model.rows.whiten(&mut all);
+        let mut all = all.into_iter();
+        made.into_iter().map(|point| (all.by_ref().take(point.columns.len()).collect(), point)).collect()
     }
 
     fn admit(&mut self, columns: Vec<Vec<f64>>, point: GridPoint) -> GridPoint {
@@ -86,7 +104,7 @@ impl SetRegression<'_> {
         (replaces, rewrites): (&[usize], usize),
         form: usize,
     ) -> Option<f64> {
-        let before: Vec<&[f64]> = self.pool[..self.base.len()].iter().chain(further).map(Vec::as_slice).collect();
+        let before: Vec<&[f64]> = self.pool[..self.model.base.len()].iter().chain(further).map(Vec::as_slice).collect();
         let gram = base.beside(&before, columns);
         let chosen: Vec<usize> = (1..before.len() + columns.len()).filter(|k| !replaces.contains(k)).collect();
         let own = chosen.len() - columns.len() + rewrites;
@@ -97,7 +115,7 @@ impl SetRegression<'_> {
     /// Makes the grid finer, round by round, about what the best sets hold.
     pub(super) fn zoom(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
         for _ in 0..ZOOMS {
-            if !self.cancel.is_cancelled() {
+            if !self.model.cancel.is_cancelled() {
                 self.look_between(points, found, beam, by);
             }
         }
@@ -106,37 +124,33 @@ impl SetRegression<'_> {
     /// Tries points between those of the grid about what the best sets hold, one inner quantity at a time.
     fn look_between(&mut self, points: &mut Vec<GridPoint>, found: &mut FoundSets, beam: usize, by: Score) {
         let sets: Vec<Vec<usize>> = (1..=LARGEST_SET).flat_map(|n| best_of(found, n, beam)).collect();
-        let mut about: HashMap<usize, Vec<usize>> = HashMap::new();
+        let mut new: Vec<(usize, Vec<f64>, Vec<GridStep>)> = Vec::new();
+        let mut about: HashMap<usize, std::ops::Range<usize>> = HashMap::new();
         for p in sets.iter().flatten() {
-            if about.contains_key(p) || points[*p].inner.is_empty() || self.cancel.is_cancelled() {
+            if about.contains_key(p) || points[*p].inner.is_empty() || self.model.cancel.is_cancelled() {
                 continue;
             }
-            let new = between(&points[*p], &self.forms[points[*p].form]);
-            let made: Vec<_> = new
-                .into_par_iter()
-                .map(|(inner, step)| {
-                    let (columns, replaces, rewrites) = self.of_form(&self.forms[points[*p].form], &inner);
-                    let GridPoint { form, remembers, .. } = points[*p];
-                    let point =
-                        GridPoint { form, inner, step, columns: 0..columns.len(), replaces, rewrites, remembers };
-                    (columns, point)
-                })
-                .collect();
-            let mut own = Vec::new();
-            for (columns, point) in made {
-                let point = self.admit(columns, point);
-                own.push(points.len());
-                points.push(point);
-            }
-            about.insert(*p, own);
+            let form = points[*p].form;
+            let from = points.len() + new.len();
+            new.extend(between(&points[*p], &self.forms[form]).into_iter().map(|(inner, step)| (form, inner, step)));
+            about.insert(*p, from..points.len() + new.len());
+        }
+        let made: Vec<_> =
+            new.chunks(LANES).collect::<Vec<_>>().into_par_iter().flat_map_iter(|some| self.made(some)).collect();
+        for (columns, point) in made {
+            points.push(self.admit(columns, point));
+        }
+        // Of a cancelled search they are not all there.
+        if self.model.cancel.is_cancelled() {
+            return;
         }
         let gram = self.gram();
         let mut nearer: Vec<Vec<usize>> = Vec::new();
         for set in &sets {
             for (place, p) in set.iter().enumerate() {
-                for new in about.get(p).into_iter().flatten() {
+                for new in about.get(p).cloned().into_iter().flatten() {
                     let mut changed = set.clone();
-                    changed[place] = *new;
+                    changed[place] = new;
                     nearer.push(changed);
                 }
             }

@@ -11,21 +11,21 @@ mod gram;
 mod grid;
 mod path;
 mod pool;
+mod present;
 mod rows;
 mod sets;
 mod turning;
 
 use std::collections::HashMap;
 
-use super::data::{Data, RecordSeries};
+use super::data::RecordSeries;
 use super::effects::Form;
 use super::parameters::{InnerValues, Parameters};
 use super::structure::{Composition, counted_from};
 use gram::Gram;
 pub(super) use path::{MeasuredPath, usual_speed};
-use rows::Rows;
+pub(super) use present::PresentModel;
 use sets::ranked;
-use sindyscope_core::study::Cancel;
 
 /// A set of effects with the values that its fit starts from.
 #[derive(Clone, Debug)]
@@ -64,23 +64,13 @@ enum GridStep {
     Ratio(f64),
 }
 
-/// The data and the present model as a regression.
+/// Effects beside a present model as a regression.
 struct SetRegression<'a> {
-    data: &'a Data,
-    cancel: &'a Cancel,
+    model: &'a PresentModel<'a>,
     forms: &'a [Form],
-    present: &'a Composition,
-    inner: &'a InnerValues,
-    paths: &'a [MeasuredPath],
-    rows: Rows,
-    /// The target, then the present model's own.
-    base: Vec<Vec<f64>>,
-    /// Of the present model's columns those that are no coefficients: constants of a free zero.
-    constants: usize,
-    /// Columns of the present model's dampers.
-    dampers: Vec<usize>,
     /// Length of each column in the pool before it was scaled to one.
     scales: Vec<f64>,
+    /// The present model's columns, then those of effects.
     pool: Vec<Vec<f64>>,
     /// The zero of a force that repeats with every turn is open.
     turning: bool,
@@ -98,27 +88,20 @@ enum Score {
     AllRows,
 }
 
-impl Data {
-    /// Sets of the forms beside a present model, best first; the set of none is not among them. A set must bring more than the
-    /// share `crumb` of what the best set that it contains gains.
-    pub(super) fn propose(
-        &self,
-        present: &Composition,
-        inner: &InnerValues,
-        forms: &[Form],
-        crumb: f64,
-        cancel: &Cancel,
-    ) -> Vec<Proposal> {
-        let mut regression = SetRegression::new(self, present, inner, forms, cancel);
-        if regression.rows.len() < 4 * (regression.base.len() + 2) {
+impl PresentModel<'_> {
+    /// Sets of the forms beside the model, best first; the set of none is not among them. A set must bring more than the share
+    /// `crumb` of what the best set that it contains gains.
+    pub(super) fn propose(&self, forms: &[Form], crumb: f64) -> Vec<Proposal> {
+        if self.rows.len() < 4 * (self.base.len() + 2) {
             return Vec::new();
         }
+        let mut regression = SetRegression::new(self, forms);
         let mut points = regression.points();
         let found = regression.search(&mut points);
-        if cancel.is_cancelled() {
+        if self.cancel.is_cancelled() {
             return Vec::new();
         }
-        let mut sets = ranked(&found, forms, crumb, &self.constants);
+        let mut sets = ranked(&found, forms, crumb, &self.data.constants);
         sets.extend(regression.common(&points));
         sets.extend(regression.leaving_least(&found, &mut points));
         let mut known: Vec<Vec<usize>> = Vec::new();
@@ -132,54 +115,35 @@ impl Data {
             let chosen: Vec<Form> = set.iter().map(|p| forms[points[*p].form].clone()).collect();
             let start = regression.proposal(&set, &points)?;
             let about = regression.held_about(&set, &points);
-            let again = about.and_then(|point| self.propose_about(point, present, inner, &chosen, cancel));
+            let again = about.and_then(|point| self.about(point, &chosen));
             let Proposal { composition, shared, .. } = again.unwrap_or_else(|| start.clone());
             Some(Proposal { forms: start.forms, composition, shared, gain: score - none })
         };
         let proposals: Vec<Proposal> = sets.into_iter().filter_map(proposal).collect();
-        self.counters.propose(proposals.len());
+        self.data.counters.propose(proposals.len());
         proposals
     }
 
     /// The start of these forms together, displacements counted from a point; none where an effect among them holds the zero.
-    fn propose_about(
-        &self,
-        point: f64,
-        present: &Composition,
-        inner: &InnerValues,
-        forms: &[Form],
-        cancel: &Cancel,
-    ) -> Option<Proposal> {
-        if forms.iter().any(Form::has_a_mean) || present.holds_the_zero() {
+    fn about(&self, point: f64, forms: &[Form]) -> Option<Proposal> {
+        if forms.iter().any(Form::has_a_mean) || self.present.holds_the_zero() {
             return None;
         }
-        let from_there = InnerValues { equilibrium: Some(point), ..inner.clone() };
-        self.propose_together(present, &from_there, forms, cancel).map(|(start, _)| start)
+        let from_there = InnerValues { equilibrium: Some(point), ..self.inner.clone() };
+        PresentModel::new(self.data, self.present, &from_there, self.cancel).together(forms).map(|(start, _)| start)
     }
 
-    /// The start of exactly these forms together beside a present model; none where the data cannot tell their columns apart.
-    pub(super) fn propose_exactly(
-        &self,
-        present: &Composition,
-        inner: &InnerValues,
-        forms: &[Form],
-        cancel: &Cancel,
-    ) -> Option<Proposal> {
-        let (start, about) = self.propose_together(present, inner, forms, cancel)?;
-        let again = about.and_then(|point| self.propose_about(point, present, inner, forms, cancel));
+    /// The start of exactly these forms together beside the model; none where the data cannot tell their columns apart.
+    pub(super) fn exactly(&self, forms: &[Form]) -> Option<Proposal> {
+        let (start, about) = self.together(forms)?;
+        let again = about.and_then(|point| self.about(point, forms));
         Some(again.unwrap_or(start))
     }
 
     /// The start of exactly these forms together, and the point that the base model's spring then holds the motion about, where
     /// that is open.
-    fn propose_together(
-        &self,
-        present: &Composition,
-        inner: &InnerValues,
-        forms: &[Form],
-        cancel: &Cancel,
-    ) -> Option<(Proposal, Option<f64>)> {
-        let mut regression = SetRegression::new(self, present, inner, forms, cancel);
+    fn together(&self, forms: &[Form]) -> Option<(Proposal, Option<f64>)> {
+        let mut regression = SetRegression::new(self, forms);
         let mut points = regression.points();
         let mut found = FoundSets::new();
         let all: Vec<usize> = (0..forms.len()).filter(|k| !forms[*k].is_outside()).collect();
@@ -194,7 +158,7 @@ impl Data {
         let gram = regression.gram();
         regression.note(&gram, &points, vec![chosen], &mut found, Score::LeftOut);
         regression.zoom(&mut points, &mut found, 1, Score::LeftOut);
-        let set = found.into_values().next().map(|(_, set)| set)?;
+        let (_, set) = found.into_values().next()?;
         let mut start = regression.proposal(&set, &points)?;
         let about = regression.held_about(&set, &points);
         // What has no force of its own begins in the middle of its range.
@@ -202,8 +166,8 @@ impl Data {
             let Parameters { coefficients, inner } = start.composition.named(&start.shared);
             let mut composition = start.composition.with(form);
             let inner = composition.inner_after(&start.composition, &inner, &[]);
-            let paths: Vec<_> = self.fit().iter().map(RecordSeries::path).collect();
-            composition.scales = self.scales(&composition, &inner, &paths);
+            let paths: Vec<_> = self.data.fit().iter().map(RecordSeries::path).collect();
+            composition.scales = self.data.scales(&composition, &inner, &paths);
             start.forms.push(k);
             start = Proposal { composition, shared: Parameters { coefficients, inner }.row(), ..start };
         }
@@ -217,7 +181,7 @@ impl SetRegression<'_> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.model.rows.len())), self.model.cancel);
         let solution = gram.solve(&(1..chosen.len()).collect::<Vec<_>>())?;
         Some(columns.iter().zip(&solution.coefficients).map(|(c, x)| (*c, x / self.scales[*c])).collect())
     }
@@ -225,21 +189,21 @@ impl SetRegression<'_> {
     /// The point from which the spring of the base model pulls beside a set, where that point is open: the constants beside it
     /// say how far it is from where displacements were counted from. None where it is further off than any motion is held about.
     fn held_about(&self, set: &[usize], points: &[GridPoint]) -> Option<f64> {
-        let counted = self.inner.equilibrium.filter(|_| self.present.datum)?;
+        let counted = self.model.inner.equilibrium.filter(|_| self.model.present.datum)?;
         let value = self.values(set, points)?;
-        let first = 1 + self.constants;
-        let spring = self.present.plain_terms(self.inner).iter().position(|t| t.term.as_str() == "x")?;
+        let first = 1 + self.model.constants;
+        let spring = self.model.present.plain_terms(self.model.inner).iter().position(|t| t.term.as_str() == "x")?;
         let pull = value.get(&(first + spring))?;
-        let force = (1..first).map(|c| value.get(&c)).sum::<Option<f64>>()? / self.constants as f64;
+        let force = (1..first).map(|c| value.get(&c)).sum::<Option<f64>>()? / self.model.constants as f64;
         let point = counted - force / pull;
-        self.data.is_held_about(point).then_some(point)
+        self.model.data.is_held_about(point).then_some(point)
     }
 
     /// A set as a model with values to start from.
     fn proposal(&self, set: &[usize], points: &[GridPoint]) -> Option<Proposal> {
         let value = self.values(set, points)?;
-        let mut composition = self.present.clone();
-        let mut inner = self.inner.clone();
+        let mut composition = self.model.present.clone();
+        let mut inner = self.model.inner.clone();
         for p in set {
             let next = composition.with(&self.forms[points[*p].form]);
             inner = next.inner_after(&composition, &inner, &points[*p].inner);
@@ -253,8 +217,8 @@ impl SetRegression<'_> {
             Some((_, point)) => point,
             None => e,
         });
-        let first = 1 + self.constants;
-        let terms = self.present.compose(self.inner).terms.len();
+        let first = 1 + self.model.constants;
+        let terms = self.model.composed.terms.len();
         // A changed term keeps its place.
         let rewritten = |c: usize| {
             let changed = |p: &GridPoint| p.replaces.iter().take(p.rewrites).position(|r| *r == c);
@@ -272,8 +236,8 @@ impl SetRegression<'_> {
             return None;
         }
         coefficients.iter_mut().zip(&ranges).for_each(|(c, (low, high))| *c = c.clamp(*low, *high));
-        let paths: Vec<_> = self.data.fit().iter().map(RecordSeries::path).collect();
-        composition.scales = self.data.scales(&composition, &inner, &paths);
+        let paths: Vec<_> = self.model.data.fit().iter().map(RecordSeries::path).collect();
+        composition.scales = self.model.data.scales(&composition, &inner, &paths);
         let forms = set.iter().map(|p| points[*p].form).collect();
         Some(Proposal { forms, composition, shared: Parameters { coefficients, inner }.row(), gain: 0.0 })
     }

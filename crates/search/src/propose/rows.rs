@@ -19,8 +19,8 @@ struct RowPart {
     width: usize,
     /// The first sample of each test function.
     starts: Vec<usize>,
-    /// Lower Cholesky factor of the rows' covariance: `factor[i][d]` in row i, column i − d. Empty before whitening.
-    factor: Vec<Vec<f64>>,
+    /// Lower Cholesky factor of the rows' covariance; none before whitening.
+    factor: Option<BandedFactor>,
 }
 
 /// All rows of all equations.
@@ -69,7 +69,7 @@ impl Rows {
                 for mass in 0..data.masses() {
                     for (width, half) in halves.iter().enumerate() {
                         for starts in clear(from..to, *half, &measured.stuck[mass]) {
-                            parts.push(RowPart { mass, record, block: next_block, width, starts, factor: Vec::new() });
+                            parts.push(RowPart { mass, record, block: next_block, width, starts, factor: None });
                         }
                     }
                 }
@@ -109,15 +109,34 @@ impl Rows {
                 }
                 None => column.resize(from + part.starts.len(), 0.0),
             }
-            forward(&part.factor, &mut column[from..]);
         }
         column
     }
 
-    /// Makes the error that white noise of each sensor leaves in a row one, and independent from row to row. `slopes[mass]` are
+    /// Makes rows independent, and the error that noise leaves in each of them one.
+    pub(super) fn whiten(&self, columns: &mut [Vec<f64>]) {
+        let mut lanes = Vec::new();
+        for some in columns.chunks_mut(LANES) {
+            let mut from = 0;
+            for part in &self.parts {
+                let rows = from..from + part.starts.len();
+                from = rows.end;
+                let Some(factor) = &part.factor else { continue };
+                lanes.clear();
+                let lane = |column: Option<&Vec<f64>>, row: usize| column.map_or(0.0, |column| column[row]);
+                lanes.extend(rows.clone().map(|row| std::array::from_fn(|k| lane(some.get(k), row))));
+                factor.forward(&mut lanes);
+                for (k, column) in some.iter_mut().enumerate() {
+                    column[rows.clone()].iter_mut().zip(&lanes).for_each(|(value, lanes)| *value = lanes[k]);
+                }
+            }
+        }
+    }
+
+    /// Learns what the noise of each sensor leaves in the rows, and how that goes together from row to row. `slopes[mass]` are
     /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
     /// `shown[mass][record]` what of the motion the sensor shows.
-    pub(super) fn whiten(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
+    pub(super) fn know_noise(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
         for part in &mut self.parts {
             let kernels = self.functions[part.record][part.width].kernels();
             let (stiffness, damping) = slopes[part.mass];
@@ -137,7 +156,7 @@ impl Rows {
             let band: Vec<f64> = (0..part.starts.len().min(kernel.len().div_ceil(lag)))
                 .map(|d| deviations[part.mass].powi(2) * dot(&kernel[d * lag..], &kernel[..kernel.len() - d * lag]))
                 .collect();
-            part.factor = banded_factor(&band, part.starts.len());
+            part.factor = Some(BandedFactor::new(&band_factor(&band, part.starts.len())));
         }
     }
 }
@@ -188,10 +207,16 @@ fn clear(range: std::ops::Range<usize>, half: usize, stuck: &[bool]) -> Vec<Vec<
 }
 
 /// The Cholesky factor of a banded symmetric Toeplitz matrix whose first column is `band`.
-fn banded_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
+fn band_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
     let width = band.len();
     let mut factor: Vec<Vec<f64>> = Vec::with_capacity(rows);
+    // A row follows from so many before it: once those are alike, all that follow are like them.
+    let mut alike = 0;
     for i in 0..rows {
+        if alike >= width {
+            factor.push(factor[i - 1].clone());
+            continue;
+        }
         let reach = width.min(i + 1);
         let mut row = vec![0.0; reach];
         for d in (0..reach).rev() {
@@ -202,19 +227,48 @@ fn banded_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
             let value = entry - row[d + 1..].iter().zip(beside).map(|(own, other)| own * other).sum::<f64>();
             row[d] = if d == 0 { value.max(f64::MIN_POSITIVE).sqrt() } else { value / factor[j][0] };
         }
+        alike = if factor.last() == Some(&row) { alike + 1 } else { 0 };
         factor.push(row);
     }
     factor
 }
 
-/// Solves the lower triangle in place; an empty factor changes nothing.
-fn forward(factor: &[Vec<f64>], values: &mut [f64]) {
-    for (i, row) in factor.iter().enumerate() {
-        let mut value = values[i];
-        for (d, f) in row.iter().enumerate().skip(1) {
-            value -= f * values[i - d];
+/// Columns that are whitened at once.
+pub(super) const LANES: usize = 8;
+
+/// A banded lower triangular matrix, as [`Self::forward`] reads it.
+#[derive(Debug)]
+struct BandedFactor {
+    width: usize,
+    /// Of each row one over the entry on the diagonal, and the entries before it over that, from the first on; zeros before the first
+    /// column.
+    rows: Vec<f64>,
+}
+
+impl BandedFactor {
+    /// `factor[i][d]` is the entry in row i, column i − d.
+    fn new(factor: &[Vec<f64>]) -> Self {
+        let width = factor.iter().map(Vec::len).max().unwrap_or(1);
+        let mut rows = vec![0.0; width * factor.len()];
+        for (into, row) in rows.chunks_exact_mut(width).zip(factor) {
+            into[0] = row[0].recip();
+            into[1..].iter_mut().rev().zip(&row[1..]).for_each(|(into, entry)| *into = entry / row[0]);
         }
-        values[i] = value / row[0];
+        Self { width, rows }
+    }
+
+    /// Solves for what the matrix makes the values of, in their place; several columns at once, as the matrix may be larger than
+    /// what is near the processor.
+    fn forward(&self, values: &mut [[f64; LANES]]) {
+        for (i, row) in self.rows.chunks_exact(self.width).enumerate() {
+            let first = (i + 1).saturating_sub(self.width);
+            let (known, rest) = values.split_at_mut(i);
+            let mut found = rest[0].map(|value| value * row[0]);
+            for (part, known) in row[self.width - (i - first)..].iter().zip(&known[first..]) {
+                found.iter_mut().zip(known).for_each(|(found, known)| *found -= part * known);
+            }
+            rest[0] = found;
+        }
     }
 }
 
@@ -238,7 +292,7 @@ mod tests {
     #[test]
     fn a_factor_times_itself_is_the_covariance() {
         let band = [4.0, 1.0, 0.5];
-        let factor = banded_factor(&band, 6);
+        let factor = band_factor(&band, 6);
         let entry = |i: usize, j: usize| i.checked_sub(j).and_then(|d| factor[i].get(d)).copied().unwrap_or(0.0);
         for i in 0..6 {
             for j in 0..=i {

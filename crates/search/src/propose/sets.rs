@@ -17,7 +17,7 @@ impl SetRegression<'_> {
         self.note(&gram, points, (0..points.len()).map(|p| vec![p]).collect(), &mut found, Score::LeftOut);
         let pairs = self.pairs(&gram, points);
         self.note(&gram, points, pairs, &mut found, Score::LeftOut);
-        let best = best_of(&found, 2, self.data.constants.pairs_extended);
+        let best = best_of(&found, 2, self.model.data.constants.pairs_extended);
         let mut thirds: Vec<Vec<usize>> = Vec::new();
         for pair in &best {
             for form in 0..self.forms.len() {
@@ -28,14 +28,14 @@ impl SetRegression<'_> {
             }
         }
         self.note(&gram, points, thirds, &mut found, Score::LeftOut);
-        self.zoom(points, &mut found, self.data.constants.zoomed, Score::LeftOut);
+        self.zoom(points, &mut found, self.model.data.constants.zoomed, Score::LeftOut);
         found
     }
 
     /// For each two forms the pair of points that leaves least.
     fn pairs(&self, gram: &Gram, points: &[GridPoint]) -> Vec<Vec<usize>> {
         let of_first = |a: usize| {
-            if self.cancel.is_cancelled() {
+            if self.model.cancel.is_cancelled() {
                 return Vec::new();
             }
             let mut best: HashMap<usize, (f64, usize)> = HashMap::new();
@@ -93,7 +93,7 @@ impl SetRegression<'_> {
             .into_par_iter()
             .filter_map(|set| {
                 let columns = self.columns_of(&set, points);
-                if columns.len() > MOST || self.cancel.is_cancelled() {
+                if columns.len() > MOST || self.model.cancel.is_cancelled() {
                     return None;
                 }
                 let solution = gram.solve(&columns)?;
@@ -101,7 +101,7 @@ impl SetRegression<'_> {
                     return None;
                 }
                 let score = match by {
-                    Score::LeftOut => gram.predictive(&columns, self.rows.worth),
+                    Score::LeftOut => gram.predictive(&columns, self.model.rows.worth),
                     Score::AllRows => -solution.left,
                 };
                 let mut key: Vec<usize> = set.iter().map(|p| points[*p].form).collect();
@@ -122,7 +122,7 @@ impl SetRegression<'_> {
         let columns = self.columns_of(set, points);
         let chosen: Vec<Vec<f64>> =
             std::iter::once(0).chain(columns.iter().copied()).map(|c| self.pool[c].clone()).collect();
-        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let gram = Gram::new(&chosen, std::slice::from_ref(&(0..self.model.rows.len())), self.model.cancel);
         gram.solve(&(1..chosen.len()).collect::<Vec<_>>()).map_or(f64::NEG_INFINITY, |s| -s.left)
     }
 
@@ -136,8 +136,8 @@ impl SetRegression<'_> {
     fn stands(&self, set: &[usize], points: &[GridPoint], columns: &[usize], coefficients: &[f64]) -> bool {
         // A branch that remembers holds the acceleration itself, and with it its noise: what it takes no damper gives back.
         let pushing = |(column, c): (&usize, &f64)| {
-            self.dampers.contains(column)
-                && c / self.scales[*column] > self.data.constants.pushing_rate(self.data.period)
+            self.model.dampers.contains(column)
+                && c / self.scales[*column] > self.model.data.constants.pushing_rate(self.model.data.period)
         };
         if set.iter().any(|p| points[*p].remembers) && columns.iter().zip(coefficients).any(pushing) {
             return false;
@@ -153,8 +153,8 @@ impl SetRegression<'_> {
     /// Where few blocks can be left out in turn, the effects and pairs that leave least where all rows count at once: each block may
     /// hold what no other does, as the growth of a motion before it settles. Of three effects some always follow few periods.
     pub(super) fn leaving_least(&mut self, found: &FoundSets, points: &mut Vec<GridPoint>) -> Vec<(f64, Vec<usize>)> {
-        let constants = &self.data.constants;
-        if !self.rows.few_blocks {
+        let constants = &self.model.data.constants;
+        if !self.model.rows.few_blocks {
             return Vec::new();
         }
         let mut least = FoundSets::new();
@@ -169,14 +169,14 @@ impl SetRegression<'_> {
             let first = best.first().map_or(f64::INFINITY, left);
             near.extend(best.into_iter().filter(|set| self.is_near(left(set), first)));
         }
-        let predictive = |set: &[usize]| gram.predictive(&self.columns_of(set, points), self.rows.worth);
+        let predictive = |set: &[usize]| gram.predictive(&self.columns_of(set, points), self.model.rows.worth);
         near.into_iter().map(|set| (predictive(&set), set)).collect()
     }
 
     /// True if what a set leaves is next to as little as the least, where all rows count at once.
     fn is_near(&self, left: f64, least: f64) -> bool {
-        let rows = self.rows.worth * self.rows.len() as f64;
-        0.5 * rows * (left / least).ln() < self.data.constants.lead
+        let rows = self.model.rows.worth * self.model.rows.len() as f64;
+        0.5 * rows * (left / least).ln() < self.model.data.constants.lead
     }
 
     /// Of effects that are met most often, the sets of each size that leave least, with those that leave next to as little. All
@@ -203,9 +203,9 @@ impl SetRegression<'_> {
                 sets.iter().filter_map(|set| left(set).map(|(left, columns)| (left, columns, set))).collect();
             own.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some(least) = own.first().map(|o| o.0) else { continue };
-            let count = self.data.constants.proposals_of(LARGEST_SET);
+            let count = self.model.data.constants.proposals_of(LARGEST_SET);
             let near = own.into_iter().take_while(|(left, ..)| self.is_near(*left, least)).take(count);
-            out.extend(near.map(|(_, columns, set)| (gram.predictive(&columns, self.rows.worth), set.clone())));
+            out.extend(near.map(|(_, columns, set)| (gram.predictive(&columns, self.model.rows.worth), set.clone())));
         }
         out
     }

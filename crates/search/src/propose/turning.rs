@@ -10,7 +10,7 @@ use crate::structure::Composed;
 impl SetRegression<'_> {
     /// True if displacements are counted from a point and go through more than a turn, and some force repeats with every turn.
     pub(super) fn has_open_turns(&self) -> bool {
-        self.present.datum && self.forms.iter().any(Form::is_periodic) && self.data.turns_over()
+        self.model.present.datum && self.forms.iter().any(Form::is_periodic) && self.model.data.turns_over()
     }
 
     /// True if a form's columns are a sine and a cosine, which say together where its zero is.
@@ -25,8 +25,8 @@ impl SetRegression<'_> {
         let sine = addition.terms.first();
         let cosine = sine.map(|placed| placed.map(|term| counted_from(term, -FRAC_PI_2)));
         let terms = sine.cloned().into_iter().chain(cosine).collect();
-        let columns = self.columns(&Composed { terms, ..self.present.compose(self.inner) });
-        (columns, self.replaced_by(&addition).chain(1..=self.constants).collect(), 0)
+        let columns = self.model.columns(&Composed { terms, ..self.model.composed.clone() });
+        (columns, self.model.replaced_by(&addition).chain(1..=self.model.constants).collect(), 0)
     }
 
     /// The coefficient of a force that repeats with every turn, and the point at which it pulls to neither side, within half a turn
@@ -34,7 +34,7 @@ impl SetRegression<'_> {
     pub(super) fn turned(&self, point: &GridPoint, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, f64)> {
         let [sine, cosine] = [value(point.columns.start)?, value(point.columns.start + 1)?];
         // −A sin(x − e) is −A cos e sin x + A sin e cos x.
-        let zero = cosine.atan2(-sine) - self.present.origin;
-        Some((-sine.hypot(cosine), (zero + PI).rem_euclid(TAU) - PI + self.present.origin))
+        let zero = cosine.atan2(-sine) - self.model.present.origin;
+        Some((-sine.hypot(cosine), (zero + PI).rem_euclid(TAU) - PI + self.model.present.origin))
     }
 }

@@ -275,6 +275,8 @@ impl Program {
                     }
                 }
                 Operation::Power(a, exponent) => map(out, a, &|a| power(a, exponent)),
+                Operation::Call(Function::Sgn, a) => out.iter_mut().zip(slot(a)).for_each(|(o, a)| *o = sign(*a)),
+                Operation::Call(Function::Abs, a) => out.iter_mut().zip(slot(a)).for_each(|(o, a)| *o = a.abs()),
                 Operation::Call(function, a) => map(out, a, &|a| function.value(&[a])),
                 Operation::Pair(function, a, b) => {
                     for ((o, a), b) in out.iter_mut().zip(slot(a)).zip(slot(b)) {
