@@ -193,9 +193,9 @@ constants! {
     steps: usize = 24, FACTOR, "steps", "time: fits that still fall by then are lost";
     /// Integration steps after which a fit of one of several candidates takes no further step.
     effort: usize = 800_000, FACTOR, "integration steps", "time: about half a second";
-    /// Where a set explains the data, others are fitted if their gain in the regression falls short by this share of its own at
-    /// most.
-    close_gain: f64 = 0.05, SHARE, "share", "rivals that the regression cannot tell";
+    /// Share of a gain that is little. Where a set explains the data, others are fitted if their gain in the regression falls short of
+    /// its own by no more; until then, if they explain more of what is left along the measured motion.
+    little_gain: f64 = 0.05, SHARE, "share", "rivals that the regression cannot tell; no right set of 239 draws and systems explained less";
     /// Single effects that are fitted in any case, to be shown beside the one that explains the data.
     shown: usize = 2, POSITIVE, "effects", "what a person sees beside the name";
     /// Best sets of which every part is fitted too.

@@ -120,6 +120,7 @@ impl Search {
         tell(Progress::Step("Seeking a formula for what is left", 0.9));
         let Some(motion) = data.motion(before, cancel) else { return Ok(()) };
         let forms = self.words_of_formulas(before, &motion);
+        let screened = data.screen(before, &motion, &forms, cancel);
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         // No term stands for a part of another, as effects do: the shortest is found by the comparison alone.
         let proposals = PresentModel::new(data, composition, inner, cancel).propose(&forms, 0.0);
@@ -129,7 +130,8 @@ impl Search {
             tried.sets.push(self.hypothesis(present, (**before).clone(), cancel));
         }
         let wanted = |enough: &usize, proposal: &Proposal, set: &[usize]| {
-            terms + proposal.forms.len() <= MOST_TERMS && set.len() <= *enough
+            let short = terms + proposal.forms.len() <= MOST_TERMS && set.len() <= *enough;
+            short && !self.explains_little(before, &screened, proposal, cancel)
         };
         let taken = |enough: &mut usize, _: &Proposal, set: Option<&Hypothesis>| {
             let explains = |set: &&Hypothesis| {

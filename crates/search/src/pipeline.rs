@@ -12,7 +12,7 @@ use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::{PresentModel, Proposal};
 use super::ruling::Tried;
-use super::screen::Hit;
+use super::screen::{Hit, Screened};
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
@@ -68,7 +68,7 @@ impl Search {
     pub(super) fn try_beside(
         &self,
         before: &Arc<Fitted>,
-        (forms, screened): (&[Form], &[Hit]),
+        (forms, screened): (&[Form], &Screened),
         tried: &mut Tried,
         tell: Listener<'_>,
         cancel: &Cancel,
@@ -80,7 +80,7 @@ impl Search {
         let model = PresentModel::new(data, composition, inner, cancel);
         let mut proposals = model.propose(forms, constants.crumb);
         proposals.retain(|p| p.forms.len() <= room);
-        proposals.extend(self.seen_along(&model, (forms, screened), &proposals));
+        proposals.extend(self.seen_along(&model, (forms, &screened.hits), &proposals));
         proposals.splice(0..0, self.holding(before, &model, forms));
         // What has no force of its own to be regressed on is always tried.
         for form in forms.iter().filter(|form| form.is_outside()) {
@@ -98,15 +98,19 @@ impl Search {
         if tried.place(&tried.indices(composition)).is_none() {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
+        let little = |proposal: &Proposal| self.explains_little(before, screened, proposal, cancel);
         let wanted = |state: &Explained, proposal: &Proposal, _: &[usize]| {
-            let Some(gain) = state.gain else { return true };
-            let near = proposal.gain >= (1.0 - constants.close_gain) * gain - constants.lead;
+            let promising = match state.gain {
+                Some(gain) => proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead,
+                None => !little(proposal),
+            };
             let common = proposal.forms.iter().all(|k| forms[*k].is_common());
-            near || single(proposal) && common && state.shown < constants.shown && proposal.gain > 0.0
+            promising || single(proposal) && common && state.shown < constants.shown && proposal.gain > 0.0
         };
         let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
-            state.shown += usize::from(single(proposal) && state.gain.is_some() && proposal.gain.is_finite());
+            let rival = state.gain.is_some() || little(proposal);
+            state.shown += usize::from(single(proposal) && rival && proposal.gain.is_finite());
             let mut explains = |set: &Hypothesis| {
                 if set.unborne.is_some() {
                     return false;
@@ -142,6 +146,19 @@ impl Search {
         }
         tried.sets.iter().for_each(|set| self.keep(Arc::clone(&set.fitted)));
         true
+    }
+
+    /// True if a proposal closes no gap: along the measured motion its effects explain next to nothing of what is left.
+    pub(super) fn explains_little(
+        &self,
+        before: &Fitted,
+        screened: &Screened,
+        proposal: &Proposal,
+        cancel: &Cancel,
+    ) -> bool {
+        let noise = before.refined.samples as f64 * self.data.noise_of(before, cancel).powi(2);
+        // Where masses rest, the response to a small force is none that others beside it could add to.
+        !self.data.rests() && screened.explains_little(&proposal.forms, self.data.constants.little_gain, noise)
     }
 
     /// Fits proposals in their order and adds them to those tried: those that are `wanted` still when their turn comes, after

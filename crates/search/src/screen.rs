@@ -371,6 +371,16 @@ pub(super) struct Screened {
     pub(super) rss: f64,
 }
 
+impl Screened {
+    /// True if effects together explain no more than a share of what a model leaves along the measured motion, so much noise apart (a
+    /// sum of squares). Of what acts the wrong way round alone nothing is known.
+    pub(super) fn explains_little(&self, forms: &[usize], share: f64, noise: f64) -> bool {
+        let gain = |form: &usize| self.hits.iter().find(|hit| hit.form == *form).map(|hit| hit.gain);
+        let gains: Option<f64> = forms.iter().map(gain).sum();
+        !forms.is_empty() && gains.is_some_and(|gains| gains < share * (self.rss - noise))
+    }
+}
+
 /// By how much columns lower the sum of squares of what the basis leaves; none where they add
 /// nothing of their own or have unphysical signs.
 fn explain(basis: &OrthonormalBasis, target: &[f64], columns: Vec<Vec<f64>>, form: &Form) -> Option<f64> {

@@ -430,7 +430,7 @@ impl Search {
             Keep::Present => (&mut alone, true),
             Keep::Any(tried) => (tried, false),
         };
-        if !self.try_beside(&before, (&forms, &screened.hits), tried, tell, cancel) {
+        if !self.try_beside(&before, (&forms, &screened), tried, tell, cancel) {
             return Err(GapError::Cancelled);
         }
         let present = if keeps_present { tried.indices(&before.composition) } else { Vec::new() };
