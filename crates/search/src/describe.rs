@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::effects::DESCRIPTION;
+use super::effects::{DESCRIPTION, Form};
 use super::error::GapError;
 use super::fit::Fitted;
 use super::judge::Hypothesis;
@@ -91,6 +91,35 @@ impl Search {
         let plain = self.fit_of(base, cancel)?;
         let curve = self.described_curve((&plain, &fitted), &self.motion(&plain, &base.choices(), cancel)?);
         Ok(Some(Description { terms, beside, stage, scores, lead, closes, alternatives, curve, sentence }))
+    }
+
+    /// The formula that says in fewer terms, and better, what two effects or more say together: several forces that no datum asks for
+    /// may follow one that the catalogue lacks. It is sought only where the regression hears of one.
+    ///
+    /// # Errors
+    /// Cancelled, or a stage that cannot be simulated.
+    pub(super) fn shorter_formula(
+        &self,
+        (base, last): (&Stage, &Stage),
+        tried: impl FnOnce() -> Result<Tried, GapError>,
+        tell: Listener<'_>,
+        cancel: &Cancel,
+    ) -> Result<Option<Description>, GapError> {
+        let (before, named) = (self.fit_of(base, cancel)?, self.fit_of(last, cancel)?);
+        let effects = &named.composition.forms;
+        if effects.len() < 2 || !self.hears_of_shorter(&before, effects, cancel) {
+            return Ok(None);
+        }
+        let description = self.described(base, base, &mut tried()?, tell, cancel)?;
+        Ok(description.filter(|found| found.terms.len() + found.beside.len() < effects.len()))
+    }
+
+    /// True if the regression has a formula with fewer terms before these effects together.
+    fn hears_of_shorter(&self, before: &Fitted, effects: &[Form], cancel: &Cancel) -> bool {
+        let model = PresentModel::new(&self.data, &before.composition, &before.parameters.inner, cancel);
+        let Some((named, motion)) = model.exactly(effects).zip(self.data.motion(before, cancel)) else { return false };
+        let formulas = model.propose(&self.words_of_formulas(before, &motion), 0.0);
+        formulas.iter().any(|formula| formula.forms.len() < effects.len() && formula.gain > named.gain)
     }
 
     /// False if the last term of a formula takes away next to nothing of what is left without it: then none is on the way to what

@@ -38,6 +38,13 @@ impl Search {
         };
         let fitted = stages.last().and_then(|s| s.fit.0.as_ref());
         let doubt = fitted.and_then(|f| self.doubt(f, remaining.significant, cancel));
+        let shorter = match (stages.first(), stages.last()) {
+            (Some(base), Some(last)) if looked && doubt.is_none() && !remaining.significant => {
+                self.shorter_formula((base, last), || self.all_tried(cancel), &|_| {}, cancel)?
+            }
+            _ => None,
+        };
+        let doubt = doubt.or(shorter.as_ref().map(|_| Doubt::ShorterFormula));
         let verdict = match finding {
             Some(Finding::Ambiguous(_)) if added && !looked => Verdict::Ambiguous,
             _ if remaining.significant || doubt.is_some() => Verdict::Unexplained,
@@ -59,7 +66,7 @@ impl Search {
             (Some(base), Some(last)) if unnamed => {
                 self.described(base, last, &mut self.all_tried(cancel)?, &|_| {}, cancel)?
             }
-            _ => None,
+            _ => shorter,
         };
         let mut diagnosis = self.diagnosis((verdict, sentence, doubt), rounds, stages, remaining, (started, cancel));
         diagnosis.description = description;

@@ -303,6 +303,12 @@ impl Search {
                 (Vec::new(), vec![Arc::clone(&base)])
             }
         };
+        let room = self.ask.max_effects > 0;
+        let shorter = match doubt.is_none() && !ambiguous && room {
+            true => self.shorter_formula((&base, &stage), || Ok(tried.clone()), tell, cancel)?,
+            false => None,
+        };
+        doubt = doubt.or(shorter.as_ref().map(|_| Doubt::ShorterFormula));
         let explained = doubt.is_none();
         let verdict = match (stages.len() == 1, ambiguous, explained) {
             (true, _, true) => Verdict::NothingMissing,
@@ -313,11 +319,12 @@ impl Search {
         rounds.push(last);
         let left = rounds.last().map(|round| remaining(&round.evidence, &round.hidden_up_to)).unwrap_or_default();
         let sentence = sentence((verdict, doubt), &stages, &rounds, &self.data.shown_unit);
-        let room = self.ask.max_effects > 0;
         // Beside curves of free shape, which may stand for the force that has no name, nothing is left to describe.
         let beside = if doubt == Some(Doubt::Curves) { &base } else { &stage };
-        let description =
-            if explained || !room { None } else { self.described(&base, beside, &mut tried, tell, cancel)? };
+        let description = match shorter {
+            None if !explained && room => self.described(&base, beside, &mut tried, tell, cancel)?,
+            shorter => shorter,
+        };
         let mut diagnosis = self.diagnosis((verdict, sentence, doubt), rounds, stages, left, (started, cancel));
         diagnosis.explained = explained;
         diagnosis.description = description;

@@ -63,6 +63,8 @@ pub(super) enum Doubt {
     Unseen,
     /// Two effects are curves of free shape over the same quantity.
     Curves,
+    /// A formula with fewer terms predicts data never fitted better.
+    ShorterFormula,
     /// The model ought to follow the data further than it does.
     Horizon,
 }
@@ -79,6 +81,9 @@ impl Doubt {
             }
             Self::Curves => {
                 "Two forces of free shape over one quantity follow any curve together: another force may stand behind them."
+            }
+            Self::ShorterFormula => {
+                "A formula with fewer terms predicts data never fitted better: another force may stand behind them."
             }
             Self::Horizon => {
                 "It follows the data over short stretches only, though the motion is not that sensitive: something else may stand \

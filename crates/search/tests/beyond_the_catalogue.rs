@@ -33,43 +33,55 @@ fn records_with_state(
         let lines: Vec<(f64, f64)> = (0..16).map(|k| (0.3 + 0.14 * f64::from(k), phase.sample(&mut random))).collect();
         let u = |t: f64| lines.iter().map(|(w, p)| 0.078 * (w * t + p).cos()).sum::<f64>();
         let rate = |t: f64, [x, v, z]: [f64; 3]| [v, u(t) - x - 0.05 * v + force(x, v, u(t), z), state_rate(x, v, z)];
-        let (mut state, mut motion) = ([0.0; 3], Vec::new());
-        for n in 0..1200 {
-            motion.push(state[0]);
-            for j in 0..STEPS {
-                let h = INTERVAL / STEPS as f64;
-                let t = INTERVAL * f64::from(n) + h * j as f64;
-                let moved = |k: [f64; 3], h: f64| [0, 1, 2].map(|i| state[i] + h * k[i]);
-                let a = rate(t, state);
-                let b = rate(t + 0.5 * h, moved(a, 0.5 * h));
-                let c = rate(t + 0.5 * h, moved(b, 0.5 * h));
-                let d = rate(t + h, moved(c, h));
-                let mean = [0, 1, 2].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
-                state = moved(mean, h);
-            }
-        }
-        let size = (motion.iter().map(|x| x * x).sum::<f64>() / motion.len() as f64).sqrt();
-        let noise = Normal::new(0.0, 0.01 * size).expect("a deviation");
-        let channel = |role: Role, name: &str, unit: &str, values: Vec<f64>| Channel {
-            role,
-            name: name.into(),
-            unit: unit.into(),
-            values: values.into(),
-            estimated: false,
-        };
-        let shown = motion.iter().map(|x| x + noise.sample(&mut random)).collect();
+        let motion = motion(rate, [0.0; 3], INTERVAL, 1200);
         let input = (0..motion.len()).map(|n| u(INTERVAL * n as f64)).collect();
-        let record = Record {
-            name: format!("run {seed}"),
-            start: 0.0,
-            interval: INTERVAL,
-            channels: vec![channel(Role::Displacement(0), "x", "mm", shown), channel(Role::Input(0), "u", "N", input)],
-            source: None,
-            notices: Vec::new(),
-        };
-        set.entries.push((Arc::new(record), usage));
+        set.entries.push((Arc::new(record(seed, INTERVAL, &motion, Some(input), &mut random)), usage));
     }
     set
+}
+
+/// Displacements at the samples of a motion from a state on.
+fn motion(rate: impl Fn(f64, [f64; 3]) -> [f64; 3], mut state: [f64; 3], interval: f64, samples: usize) -> Vec<f64> {
+    let mut motion = Vec::new();
+    for n in 0..samples {
+        motion.push(state[0]);
+        for j in 0..STEPS {
+            let h = interval / STEPS as f64;
+            let t = interval * n as f64 + h * j as f64;
+            let moved = |k: [f64; 3], h: f64| [0, 1, 2].map(|i| state[i] + h * k[i]);
+            let a = rate(t, state);
+            let b = rate(t + 0.5 * h, moved(a, 0.5 * h));
+            let c = rate(t + 0.5 * h, moved(b, 0.5 * h));
+            let d = rate(t + h, moved(c, h));
+            let mean = [0, 1, 2].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
+            state = moved(mean, h);
+        }
+    }
+    motion
+}
+
+/// What sensors show of a motion, with noise of 1 %.
+fn record(seed: u64, interval: f64, motion: &[f64], input: Option<Vec<f64>>, random: &mut Pcg64) -> Record {
+    let size = (motion.iter().map(|x| x * x).sum::<f64>() / motion.len() as f64).sqrt();
+    let noise = Normal::new(0.0, 0.01 * size).expect("a deviation");
+    let channel = |role: Role, name: &str, unit: &str, values: Vec<f64>| Channel {
+        role,
+        name: name.into(),
+        unit: unit.into(),
+        values: values.into(),
+        estimated: false,
+    };
+    let shown = motion.iter().map(|x| x + noise.sample(random)).collect();
+    let displacement = channel(Role::Displacement(0), "x", "mm", shown);
+    let input = input.map(|input| channel(Role::Input(0), "u", "N", input));
+    Record {
+        name: format!("run {seed}"),
+        start: 0.0,
+        interval,
+        channels: std::iter::once(displacement).chain(input).collect(),
+        source: None,
+        notices: Vec::new(),
+    }
 }
 
 fn diagnosed(records: &RecordSet, effects: Vec<OwnEffect>) -> Diagnosis {
@@ -138,6 +150,23 @@ fn a_force_without_a_name_is_described_by_the_shortest_formula() {
     let (before, after) = (&conclusions[&Vec::new()].description, &restored.conclusions[&Vec::new()].description);
     assert_eq!(before.as_ref().map(|d| &d.terms), after.as_ref().map(|d| &d.terms));
     assert_eq!(before.as_ref().map(|d| &d.curve), after.as_ref().map(|d| &d.curve));
+}
+
+#[test]
+fn two_effects_are_not_named_where_one_term_says_more() {
+    // Wing rock: damping that goes with the magnitude of the roll angle, which no entry is.
+    let wing = |_: f64, [x, v, _]: [f64; 3]| [v, -26.0 * x + 0.76 * v - 2.9 * x.abs() * v, 0.0];
+    let mut records = RecordSet::default();
+    for (seed, roll, usage) in [(1, 0.09, Usage::Fit), (2, 0.11, Usage::HeldOut)] {
+        let motion = motion(wing, [roll, 0.0, 0.0], 0.02, 2500);
+        let record = record(seed, 0.02, &motion, None, &mut Pcg64::seed_from_u64(seed));
+        records.entries.push((Arc::new(record), usage));
+    }
+    let diagnosis = diagnosed(&records, Vec::new());
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);
+    let description = diagnosis.description.as_ref().expect("a description");
+    assert_eq!(description.terms, ["v*|x|"]);
+    assert!(diagnosis.sentence.contains("A formula with fewer terms"), "{}", diagnosis.sentence);
 }
 
 #[test]

@@ -137,7 +137,8 @@ impl PresentModel<'_> {
     pub(super) fn exactly(&self, forms: &[Form]) -> Option<Proposal> {
         let (start, about) = self.together(forms)?;
         let again = about.and_then(|point| self.about(point, forms));
-        Some(again.unwrap_or(start))
+        let gain = start.gain;
+        Some(Proposal { gain, ..again.unwrap_or(start) })
     }
 
     /// The start of exactly these forms together, and the point that the base model's spring then holds the motion about, where
@@ -158,8 +159,9 @@ impl PresentModel<'_> {
         let gram = regression.gram();
         regression.note(&gram, &points, vec![chosen], &mut found, Score::LeftOut);
         regression.zoom(&mut points, &mut found, 1, Score::LeftOut);
-        let (_, set) = found.into_values().next()?;
-        let mut start = regression.proposal(&set, &points)?;
+        let (score, set) = found.into_values().next()?;
+        let none = gram.predictive(&regression.columns_of(&[], &points), self.rows.worth);
+        let mut start = Proposal { gain: score - none, ..regression.proposal(&set, &points)? };
         let about = regression.held_about(&set, &points);
         // What has no force of its own begins in the middle of its range.
         for (k, form) in forms.iter().enumerate().filter(|(_, form)| form.is_outside()) {
