@@ -195,7 +195,7 @@ constants! {
     effort: usize = 800_000, FACTOR, "integration steps", "time: about half a second";
     /// Share of a gain that is little. Where a set explains the data, others are fitted if their gain in the regression falls short of
     /// its own by no more; until then, if they explain more of what is left along the measured motion.
-    little_gain: f64 = 0.05, SHARE, "share", "rivals that the regression cannot tell; no right set of 239 draws and systems explained less";
+    little_gain: f64 = 0.05, SHARE, "share", "rivals that the regression cannot tell; no right set of 262 draws and systems explained less";
     /// Single effects that are fitted in any case, to be shown beside the one that explains the data.
     shown: usize = 2, POSITIVE, "effects", "what a person sees beside the name";
     /// Best sets of which every part is fitted too.
