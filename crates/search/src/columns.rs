@@ -150,8 +150,9 @@ fn integrate_linear(
 
 /// States from zero on: each is so much of the states before, and of the forces at the step's beginning and at its end.
 fn stepped<const N: usize>(parts: [&nalgebra::DMatrix<f64>; 3], forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let [step, before, after] = parts.map(|part| std::array::from_fn(|i| std::array::from_fn(|j| part[(i, j)])));
-    let ([step, before, after], n): ([[[f64; N]; N]; 3], usize) = ([step, before, after], forces[0].len());
+    let [step, before, after]: [[[f64; N]; N]; 3] =
+        parts.map(|part| std::array::from_fn(|i| std::array::from_fn(|j| part[(i, j)])));
+    let n = forces[0].len();
     let at = |k: usize| -> [f64; N] { std::array::from_fn(|j| forces[j][k]) };
     let mut out = vec![Vec::with_capacity(n); N];
     let mut state = [0.0; N];
@@ -233,6 +234,7 @@ pub(super) fn integrate(
             let length = h / STEPS as f64;
             let from = part as f64 / STEPS as f64;
             for (i, (place, weight)) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.5), (1.0, 1.0)].into_iter().enumerate() {
+                // The two middle stages are at one instant.
                 if i != 2 {
                     load(&mut slots, k, from + place / STEPS as f64);
                 }

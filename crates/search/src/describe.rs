@@ -150,6 +150,7 @@ impl Search {
         let Some(motion) = data.motion(before, cancel) else { return Ok(()) };
         let forms = self.words_of_formulas(before, &motion);
         let screened = data.screen(before, &motion, &forms, cancel);
+        let little = self.explaining_little(before, &screened, cancel);
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         // No term stands for a part of another, as effects do: the shortest is found by the comparison alone.
         let proposals = PresentModel::new(data, composition, inner, cancel).propose(&forms, 0.0);
@@ -160,7 +161,7 @@ impl Search {
         }
         let wanted = |enough: &usize, proposal: &Proposal, set: &[usize]| {
             let short = terms + proposal.forms.len() <= MOST_TERMS && set.len() <= *enough;
-            short && !self.explains_little(before, &screened, proposal, cancel)
+            short && !little(proposal)
         };
         let taken = |enough: &mut usize, _: &Proposal, set: Option<&Hypothesis>| {
             let explains = |set: &&Hypothesis| {

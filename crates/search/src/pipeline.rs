@@ -98,7 +98,7 @@ impl Search {
         if tried.place(&tried.indices(composition)).is_none() {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
-        let little = |proposal: &Proposal| self.explains_little(before, screened, proposal, cancel);
+        let little = self.explaining_little(before, screened, cancel);
         let wanted = |state: &Explained, proposal: &Proposal, _: &[usize]| {
             let promising = match state.gain {
                 Some(gain) => proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead,
@@ -148,17 +148,18 @@ impl Search {
         true
     }
 
-    /// True if a proposal closes no gap: along the measured motion its effects explain next to nothing of what is left.
-    pub(super) fn explains_little(
+    /// True of a proposal that closes no gap: along the measured motion its effects explain next to nothing of what is left.
+    pub(super) fn explaining_little<'s>(
         &self,
         before: &Fitted,
-        screened: &Screened,
-        proposal: &Proposal,
+        screened: &'s Screened,
         cancel: &Cancel,
-    ) -> bool {
-        let noise = before.refined.samples as f64 * self.data.noise_of(before, cancel).powi(2);
+    ) -> impl Fn(&Proposal) -> bool + use<'s> {
         // Where masses rest, the response to a small force is none that others beside it could add to.
-        !self.data.rests() && screened.explains_little(&proposal.forms, self.data.constants.little_gain, noise)
+        let tells = !self.data.rests();
+        let noise = before.refined.samples as f64 * self.data.noise_of(before, cancel).powi(2);
+        let share = self.data.constants.little_gain;
+        move |proposal| tells && screened.explains_little(&proposal.forms, share, noise)
     }
 
     /// Fits proposals in their order and adds them to those tried: those that are `wanted` still when their turn comes, after

@@ -54,7 +54,7 @@ impl SetRegression<'_> {
             .chunks(LANES)
             .collect::<Vec<_>>()
             .into_par_iter()
-            .flat_map_iter(|some| self.made(some).into_iter().filter_map(useful))
+            .flat_map_iter(|some| self.with_columns(some).into_iter().filter_map(useful))
             .collect();
         let constants = &self.model.data.constants;
         let mut kept: Vec<Built> = Vec::new();
@@ -74,7 +74,7 @@ impl SetRegression<'_> {
     }
 
     /// Points of forms (index, inner values, steps) with their columns, which are whitened together.
-    fn made(&self, points: &[(usize, Vec<f64>, Vec<GridStep>)]) -> Vec<(Vec<Vec<f64>>, GridPoint)> {
+    fn with_columns(&self, points: &[(usize, Vec<f64>, Vec<GridStep>)]) -> Vec<(Vec<Vec<f64>>, GridPoint)> {
         let mut all = Vec::new();
         let mut made = Vec::new();
         for (form, inner, step) in points.iter().filter(|_| !self.model.cancel.is_cancelled()) {
@@ -135,8 +135,12 @@ impl SetRegression<'_> {
             new.extend(between(&points[*p], &self.forms[form]).into_iter().map(|(inner, step)| (form, inner, step)));
             about.insert(*p, from..points.len() + new.len());
         }
-        let made: Vec<_> =
-            new.chunks(LANES).collect::<Vec<_>>().into_par_iter().flat_map_iter(|some| self.made(some)).collect();
+        let made: Vec<_> = new
+            .chunks(LANES)
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .flat_map_iter(|some| self.with_columns(some))
+            .collect();
         for (columns, point) in made {
             points.push(self.admit(columns, point));
         }

@@ -13,17 +13,8 @@ impl<'a> SetRegression<'a> {
     pub(super) fn new(model: &'a PresentModel<'a>, forms: &'a [Form]) -> Self {
         let mut new = Self { model, forms, scales: Vec::new(), pool: Vec::new(), turning: false };
         new.turning = new.has_open_turns();
-        new.reset();
+        model.base.iter().for_each(|column| new.push(column.clone()));
         new
-    }
-
-    /// The pool as it is before any effect.
-    fn reset(&mut self) {
-        self.pool.clear();
-        self.scales.clear();
-        for column in self.model.base.clone() {
-            self.push(column);
-        }
     }
 
     pub(super) fn push(&mut self, mut column: Vec<f64>) {

@@ -44,19 +44,18 @@ impl<'a> PresentModel<'a> {
         let rows = Rows::new(data, paths);
         let (composed, base, dampers) = (present.compose(inner), Vec::new(), Vec::new());
         let mut new = Self { data, cancel, present, inner, paths, rows, base, constants: 0, composed, dampers };
-        new.whiten();
         new.base = new.base_columns();
+        new.learn_noise();
         new.rows.whiten(&mut new.base);
         let first = 1 + new.constants;
         new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
         new
     }
 
-    /// Whitens against the noise that passes the base model as a plain regression has it.
-    fn whiten(&mut self) {
-        let columns = self.base_columns();
-        let gram = Gram::new(&columns, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
-        let all: Vec<usize> = (1..columns.len()).collect();
+    /// The noise of the rows is what passes the model as a plain regression on its columns has it.
+    fn learn_noise(&mut self) {
+        let gram = Gram::new(&self.base, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let all: Vec<usize> = (1..self.base.len()).collect();
         let solution = gram.solve(&all).map(|s| s.coefficients).unwrap_or_default();
         let masses = self.data.masses();
         let mut slopes = vec![(0.0, 0.0); masses];
@@ -72,10 +71,10 @@ impl<'a> PresentModel<'a> {
         let deviations: Vec<f64> = self.data.weights.iter().map(|w| self.data.noise.max(floor) / w).collect();
         let shown: Vec<Vec<SensedQuantity>> =
             (0..masses).map(|mass| self.data.fit().iter().map(|s| sensed_quantity(s, mass)).collect()).collect();
-        self.rows.know_noise(&slopes, &deviations, &shown);
+        self.rows.learn_noise(&slopes, &deviations, &shown);
     }
 
-    /// The target and the present model's columns.
+    /// The target and the model's columns, not whitened.
     fn base_columns(&mut self) -> Vec<Vec<f64>> {
         let data = self.data;
         let target = self.rows.column(|mass, record| {
@@ -92,7 +91,8 @@ impl<'a> PresentModel<'a> {
         columns
     }
 
-    /// A constant force on each mass in each record: to first order what a shifted zero of its sensor does.
+    /// A constant force on each mass in each record: to first order what a shifted zero of its sensor does. Not
+    /// whitened.
     pub(super) fn zeros(&self) -> Vec<Vec<f64>> {
         let ones: Vec<Vec<f64>> = self.data.fit().iter().map(|s| vec![1.0; s.len()]).collect();
         let each = (0..self.data.masses()).flat_map(|mass| (0..ones.len()).map(move |record| (mass, record)));

@@ -136,7 +136,7 @@ impl Rows {
     /// Learns what the noise of each sensor leaves in the rows, and how that goes together from row to row. `slopes[mass]` are
     /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
     /// `shown[mass][record]` what of the motion the sensor shows.
-    pub(super) fn know_noise(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
+    pub(super) fn learn_noise(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
         for part in &mut self.parts {
             let kernels = self.functions[part.record][part.width].kernels();
             let (stiffness, damping) = slopes[part.mass];
@@ -286,6 +286,21 @@ mod tests {
             let done = |i: usize| (i + 4).checked_sub(place).and_then(|j| response.get(j)).copied().unwrap_or(0.0);
             let average: f64 = kernel.iter().enumerate().map(|(i, weight)| weight * done(i)).sum();
             assert!((taken - average).abs() < 1e-12, "{place}");
+        }
+    }
+
+    #[test]
+    fn what_a_factor_makes_of_values_is_solved_for_in_every_lane() {
+        let (band, rows) = ([4.0, 1.0, 0.5], 300);
+        let factor = band_factor(&band, rows);
+        // The last rows are no longer computed, but copied.
+        assert_eq!(factor[rows - 1], factor[rows - 2]);
+        let value = |i: usize, lane: usize| (0.3 * i as f64 + lane as f64).sin();
+        let made = |i: usize, lane: usize| factor[i].iter().enumerate().map(|(d, f)| f * value(i - d, lane)).sum();
+        let mut values: Vec<[f64; LANES]> = (0..rows).map(|i| std::array::from_fn(|lane| made(i, lane))).collect();
+        BandedFactor::new(&factor).forward(&mut values);
+        for (i, lanes) in values.iter().enumerate() {
+            assert!((0..LANES).all(|lane| (lanes[lane] - value(i, lane)).abs() < 1e-12), "{i}");
         }
     }
 
