@@ -315,19 +315,27 @@ impl Search {
     pub(super) fn close(&self, tried: &mut Tried, kept: &[usize], cancel: &Cancel) {
         let Some(base) = self.known(&[]) else { return };
         let has = |set: &[usize]| kept.iter().all(|k| set.contains(k));
-        let mut parts: Vec<(Vec<usize>, Arc<Fitted>)> = Vec::new();
-        for whole in tried.best().into_iter().take(self.data.constants.sets_with_parts) {
-            let of_kept = has(&tried.sets[whole].forms);
-            for part in tried.parts_of(&tried.sets[whole].forms) {
-                let known = tried.place(&part).is_some() || parts.iter().any(|(other, _)| *other == part);
-                if known || of_kept && !has(&part) {
-                    continue;
+        let mut asked: Vec<Vec<usize>> = Vec::new();
+        // What was a part of the best may lead now, and has parts itself.
+        loop {
+            let mut parts: Vec<(Vec<usize>, Arc<Fitted>)> = Vec::new();
+            for whole in tried.best().into_iter().take(self.data.constants.sets_with_parts) {
+                let of_kept = has(&tried.sets[whole].forms);
+                for part in tried.parts_of(&tried.sets[whole].forms) {
+                    let known = tried.place(&part).is_some() || asked.contains(&part);
+                    if known || of_kept && !has(&part) {
+                        continue;
+                    }
+                    asked.push(part.clone());
+                    parts.push((part, Arc::clone(&tried.sets[whole].fitted)));
                 }
-                parts.push((part, Arc::clone(&tried.sets[whole].fitted)));
             }
+            if parts.is_empty() || cancel.is_cancelled() {
+                return;
+            }
+            let parts = self.fit_each(&base, parts, tried, cancel);
+            tried.sets.extend(parts);
         }
-        let parts = self.fit_each(&base, parts, tried, cancel);
-        tried.sets.extend(parts);
     }
 
     /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone or takes the place of a term,
