@@ -17,6 +17,7 @@ use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
 use nalgebra::{DMatrix, DVector};
+use sindyscope_core::parallel::join;
 use sindyscope_core::parallel::prelude::*;
 use sindyscope_core::refine::{
     Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, misfit_beside_jumps, refine,
@@ -455,13 +456,13 @@ impl Search {
                 let start = composition.transferred(&fitted.parameters, &from.composition, &from.parameters).row();
                 composition.clamped(&start)
             };
-            let again = match self.landed_lower(&tried.sets[k], tried) {
+            let again = || match self.landed_lower(&tried.sets[k], tried) {
                 Some(from) => self.landed_on(composition, shared(from), from, cancel),
                 None => (k != best)
                     .then(|| self.landed(composition, &shared(&first), Some(&Bar::default()), cancel))
                     .flatten(),
             };
-            let by_stretches = self.by_stretches(fitted, cancel);
+            let (again, by_stretches) = join(again, || self.by_stretches(fitted, cancel));
             let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
             let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
             let landed = landed.filter(|l| l.refined.rss < left(&tried.sets[k]))?;

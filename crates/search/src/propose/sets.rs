@@ -200,7 +200,7 @@ impl SetRegression<'_> {
                 stands.then_some((solution.left, columns))
             };
             let mut own: Vec<(f64, Vec<usize>, &Vec<usize>)> =
-                sets.iter().filter_map(|set| left(set).map(|(left, columns)| (left, columns, set))).collect();
+                sets.par_iter().filter_map(|set| left(set).map(|(left, columns)| (left, columns, set))).collect();
             own.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some(least) = own.first().map(|o| o.0) else { continue };
             let count = self.model.data.constants.proposals_of(LARGEST_SET);
