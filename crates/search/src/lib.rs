@@ -26,6 +26,7 @@
 
 mod audit;
 mod between;
+mod borne;
 mod colour;
 mod columns;
 mod constants;
@@ -42,6 +43,7 @@ mod folds;
 mod found;
 mod guide;
 mod judge;
+mod landing;
 mod motion;
 mod outcome;
 mod parameters;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::colour::ColouredNoise;
-use super::effects::{DESCRIPTION, Direction, Form, follow_any_curve, logarithmic};
+use super::effects::{DESCRIPTION, Form, follow_any_curve};
 use super::error::GapError;
 use super::fit::{Fitted, WHOLE};
 use super::judge::{Hypothesis, contains, parts};
@@ -16,19 +16,11 @@ use super::screen::{Hit, Screened};
 use super::search::{Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::titles;
-use nalgebra::{DMatrix, DVector};
 use sindyscope_core::parallel::join;
 use sindyscope_core::parallel::prelude::*;
-use sindyscope_core::refine::{
-    Bar, FitOptions, Goal, Landed, Point, Refined, Structure as _, climb, land, misfit, misfit_beside_jumps, refine,
-    shoot,
-};
+use sindyscope_core::refine::{Bar, Landed};
 use sindyscope_core::study::Cancel;
 
-/// The grid on which a quantity is looked for in which the response jumps: factors of its ranges, one after the other, and
-/// places in each. The last is finer than a fit's steps.
-const LOOKED_THROUGH: [f64; 3] = [10.0, 1.3, 1.05];
-const PLACES: usize = 12;
 /// Proposals that are fitted at a time: so many for one core each.
 const SIDE_BY_SIDE: usize = 2;
 
@@ -473,25 +465,6 @@ impl Search {
         }
     }
 
-    /// A fit along whole records from shared parameters and the motion of another fit.
-    fn landed_on(
-        &self,
-        composition: &Composition,
-        shared: Vec<f64>,
-        motion: &Fitted,
-        cancel: &Cancel,
-    ) -> Option<Landed> {
-        let mut point = Point::new(composition, &motion.runs, shared, false);
-        let there = &motion.refined.point.own;
-        if point.own.iter().map(Vec::len).eq(there.iter().map(Vec::len)) {
-            point.own.clone_from(there);
-        }
-        let cancelled = || cancel.is_cancelled();
-        let options = self.data.options(&cancelled, self.data.constants.steps, None);
-        let refined = refine(composition, &motion.runs, &point, options)?;
-        Some(Landed { refined, ..motion.landed() })
-    }
-
     /// The fit of a set with more in it, of which the data do not bear all, that leaves less all the same than chance would have
     /// it: the set itself has not landed where it could.
     fn landed_lower<'t>(&self, set: &Hypothesis, tried: &'t Tried) -> Option<&'t Arc<Fitted>> {
@@ -502,253 +475,13 @@ impl Search {
         (least.fitted.likelier(&set.fitted) > self.data.constants.lead).then_some(&least.fitted)
     }
 
-    /// A fit begun anew along short stretches that grow to whole records; none where those are left with as much.
-    fn by_stretches(&self, fitted: &Fitted, cancel: &Cancel) -> Option<Landed> {
-        let cancelled = || cancel.is_cancelled();
-        let constants = &self.data.constants;
-        let goal = self.data.goal(WHOLE, self.data.options(&cancelled, constants.steps, None));
-        let (composition, shared) = (&fitted.composition, &fitted.refined.point.shared);
-        let whole = self.data.whole();
-        let first = shoot(composition, &whole, (shared, None), 0, goal, constants.few_steps())?;
-        let first = self.looked_through(composition, first, cancel);
-        if constants.explaining().0 * first.error() > fitted.error() {
-            return None;
-        }
-        climb(composition, &whole, first, goal).pop()
-    }
-
     /// A model with a form added; the effects of which it is a richer kind are replaced by it.
     fn with(before: &Composition, form: &Form) -> Composition {
         let simpler = before.forms.iter().position(|f| form.is_richer_kind_of(f));
         simpler.map_or_else(|| before.with(form), |index| before.without(index).with(form))
     }
 
-    /// Fits a proposal; a damper of the base may push where data never fitted say so. A fit that has `lost` is not asked.
-    pub(super) fn fitted_set(
-        &self,
-        proposal: Proposal,
-        forms: Vec<usize>,
-        bar: Option<&Bar>,
-        lost: &(dyn Fn(&Landed) -> bool + Sync),
-        cancel: &Cancel,
-    ) -> Option<Hypothesis> {
-        let Proposal { composition, shared, .. } = proposal;
-        let constants = &self.data.constants;
-        self.data.counters.fit();
-        let free = Composition { passive: false, ..composition.clone() };
-        let held_against = |composition: &Composition, landed: Landed| {
-            let fitted = match lost(&landed) {
-                true => self.data.unasked(composition.clone(), landed, cancel),
-                false => self.data.judged(composition.clone(), landed, cancel),
-            };
-            self.hypothesis(forms.clone(), fitted, cancel)
-        };
-        let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| held_against(&free, landed));
-        let pushes = lifted.as_ref().is_some_and(|set| {
-            let parameters = &set.fitted.parameters;
-            let dampers = free.dampers(&parameters.inner);
-            dampers.into_iter().any(|(k, _)| parameters.coefficients[k] > 0.0)
-        });
-        let hopeless =
-            lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.far_behind * b.least());
-        if !composition.passive || !pushes || hopeless || lifted.as_ref().is_some_and(|set| !set.fitted.asked) {
-            return lifted;
-        }
-        let lifted = lifted?;
-        let start = Composition::clamped(&composition, &lifted.fitted.refined.point.shared);
-        let bounded = self.landed(&composition, &start, bar, cancel).map(|landed| held_against(&composition, landed));
-        match bounded {
-            Some(bounded) if !constants.beats(&lifted, &bounded, constants.lead) => Some(bounded),
-            _ => Some(lifted),
-        }
-    }
-
-    /// Fits a composition from shared parameters to its end.
-    pub(super) fn landed(
-        &self,
-        composition: &Composition,
-        shared: &[f64],
-        bar: Option<&Bar>,
-        cancel: &Cancel,
-    ) -> Option<Landed> {
-        let data = &self.data;
-        let whole = data.whole();
-        let cancelled = || cancel.is_cancelled();
-        // The base model is shown along whole records, however wrong it is.
-        let short_if_wrong = !composition.forms.is_empty();
-        let goal = Goal { short_if_wrong, ..data.goal(WHOLE, data.options(&cancelled, data.constants.steps, bar)) };
-        let begun = || Point::new(composition, &whole, shared.to_vec(), false);
-        let point = self.between_rests(composition, shared, cancel).unwrap_or_else(begun);
-        let landed = land(composition, &whole, &point, goal)
-            .map(|l| if l.whole { self.looked_through(composition, l, cancel) } else { l });
-        if let (Some(landed), Some(bar)) = (&landed, bar) {
-            bar.reached(landed.refined.rss);
-        }
-        landed
-    }
-
-    /// No slope leads across a jump of the response: an inner quantity in which it jumps is looked for in its whole range, then
-    /// nearer by; so is the force of sliding, the force that holds staying as it is.
-    fn looked_through(&self, composition: &Composition, landed: Landed, cancel: &Cancel) -> Landed {
-        let positions = composition.positions();
-        let terms = composition.places(&composition.middle());
-        let cancelled = || cancel.is_cancelled();
-        let options =
-            FitOptions { driven: !landed.whole, ..self.data.options(&cancelled, self.data.constants.steps, None) };
-        let mut best = landed;
-        for (k, form) in composition.forms.iter().enumerate() {
-            let jumping = form.inner.iter().zip(&positions.inner.forms[k]).find(|(quantity, _)| quantity.jumps);
-            let Some((quantity, place)) = jumping else { continue };
-            let sliding: Vec<usize> = terms[k].clone().map(|t| positions.coefficients[t]).collect();
-            let (low, high) = quantity.bounds;
-            for width in LOOKED_THROUGH {
-                for holds in [false, true] {
-                    let present = best.refined.point.shared[*place];
-                    let range = logarithmic((present / width).max(low), (present * width).min(high), PLACES);
-                    let at = |value: f64| {
-                        let mut point = best.refined.point.clone();
-                        point.shared[*place] = value;
-                        if holds {
-                            sliding.iter().for_each(|k| point.shared[*k] *= present / value);
-                        }
-                        Some((misfit(composition, &best.runs, &point, options)?, point))
-                    };
-                    let looked: Vec<_> = range.into_par_iter().filter_map(at).collect();
-                    let nearest = looked.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-                    if let Some((_, point)) = nearest.filter(|(left, _)| *left < best.refined.rss)
-                        && let Some(refined) = refine(composition, &best.runs, &point, options)
-                        && refined.rss < best.refined.rss
-                    {
-                        best.refined = refined;
-                    }
-                }
-            }
-        }
-        best
-    }
-
-    pub(super) fn hypothesis(&self, forms: Vec<usize>, fitted: Fitted, cancel: &Cancel) -> Hypothesis {
-        let blocks = self.data.densities(&fitted, cancel);
-        let unborne = self.unborne(&fitted);
-        Hypothesis { forms, fitted: Arc::new(fitted), blocks, unborne }
-    }
-
-    /// Why the fitted data do not bear every part of a model's effects: an amplitude less than three standard errors from zero,
-    /// or an inner quantity at a bound.
-    pub(super) fn unborne(&self, fitted: &Fitted) -> Option<String> {
-        let refined = &*fitted.refined;
-        let least = self.data.constants.amplitude_errors;
-        let inflation = self.inflation(fitted);
-        let inner = &fitted.parameters.inner;
-        let positions = fitted.composition.positions();
-        let places = fitted.composition.places(inner);
-        let mut unshifted = refined.point.clone();
-        unshifted.offsets.iter_mut().for_each(|offset| *offset = 0.0);
-        // An accelerometer's zero is free whatever it is.
-        if fitted.composition.offset() && !fitted.composition.zero && !self.feels(fitted, &unshifted, inflation) {
-            return Some("its size cannot be told from zero".to_owned());
-        }
-        for (index, form) in fitted.composition.forms.iter().enumerate() {
-            let own = places[index].clone().map(|k| positions.coefficients[k]);
-            let given = &positions.inner.forms[index];
-            let mut open = Vec::new();
-            for (coefficient, position) in form.coefficients.iter().zip(own) {
-                if coefficient.sign == Direction::Any {
-                    open.push(position);
-                } else if refined.at_bound[position] {
-                    return Some(format!(
-                        "its {} comes out zero: to help it would have to act the wrong way round",
-                        coefficient.name
-                    ));
-                } else if size(refined, &[position], given) < least * least * inflation {
-                    return Some(format!("its {} cannot be told from zero", coefficient.name));
-                }
-            }
-            if !open.is_empty() && size(refined, &open, given) < least * least * inflation * open.len() as f64 {
-                return Some("its size cannot be told from zero".to_owned());
-            }
-            for ((quantity, value), position) in
-                form.inner.iter().zip(&inner.forms[index]).zip(&positions.inner.forms[index])
-            {
-                let (low, high) = quantity.bounds;
-                let near = 0.01 * (high - low).abs();
-                let error = refined.std_error(*position).map_or(0.0, |e| e * inflation.sqrt());
-                // Without a force of its own it is nothing at zero.
-                let nothing: &[f64] =
-                    if low < 0.0 && high > 0.0 && form.coefficients.is_empty() { &[0.0] } else { &[] };
-                for &simple in if quantity.simple.is_empty() { nothing } else { quantity.simple } {
-                    let mut there = refined.point.clone();
-                    there.shared[*position] = simple;
-                    let told = match quantity.jumps {
-                        true => self.feels(fitted, &there, inflation),
-                        false => (value - simple).abs() >= least * error,
-                    };
-                    if !told {
-                        return Some(format!("its {} cannot be told from {simple}", quantity.name));
-                    }
-                }
-                if value - low < near.min(0.01 * value.abs()) || high - value < near.min(0.01 * high.abs()) {
-                    return Some(format!(
-                        "{} runs to the end of what is sensible: these data do not exercise it",
-                        quantity.name
-                    ));
-                }
-            }
-        }
-        None
-    }
-
-    /// True if the fitted data tell a model's parameters from others, all at once: where the response jumps between them no slope
-    /// gives an error, and for sensors' offsets none is kept.
-    fn feels(&self, fitted: &Fitted, others: &Point, inflation: f64) -> bool {
-        let refined = &*fitted.refined;
-        let never = || false;
-        let driven = fitted.level != WHOLE;
-        let options = FitOptions { driven, ..self.data.options(&never, 0, None) };
-        let there = misfit_beside_jumps(&fitted.composition, &fitted.runs, others, options);
-        let here = refined.rss_beside_jumps();
-        let variance = here / refined.samples.max(1) as f64;
-        let least = self.data.constants.amplitude_errors;
-        there.is_none_or(|there| there - here > least * least * inflation * variance)
-    }
-
     pub(super) fn smoothed_paths(&self) -> Vec<super::columns::MotionPath> {
         self.data.fit().iter().map(super::data::RecordSeries::path).collect()
     }
-}
-
-impl Composition {
-    /// A row of shared parameters moved into this composition's bounds.
-    fn clamped(&self, row: &[f64]) -> Vec<f64> {
-        row.iter().zip(self.bounds()).map(|(v, (low, high))| v.clamp(low, high)).collect()
-    }
-}
-
-/// Covariance of amplitudes where the inner quantities of their effect are as they were found: without the effect they are
-/// nothing, and how far they are in doubt says nothing against its being there (R. Davies, Biometrika 74 (1987) 33). None where
-/// the fit gives no covariance.
-fn covariance_given(refined: &Refined, places: &[usize], given: &[usize]) -> Option<DMatrix<f64>> {
-    let all = &refined.covariance;
-    if places.iter().any(|k| *k >= all.nrows()) {
-        return None;
-    }
-    let part = |rows: &[usize], columns: &[usize]| {
-        DMatrix::from_fn(rows.len(), columns.len(), |i, j| all[(rows[i], columns[j])])
-    };
-    let given: Vec<usize> = given.iter().copied().filter(|k| refined.std_error(*k).is_some_and(|e| e > 0.0)).collect();
-    let covariance = part(places, places);
-    let across = part(&given, places);
-    let known = part(&given, &given).cholesky().map(|c| across.transpose() * c.solve(&across));
-    Some(match known {
-        Some(known) => covariance - known,
-        None => covariance,
-    })
-}
-
-/// Wald's statistic of amplitudes that are zero without an effect of these inner quantities; infinite where the fit gives no
-/// covariance.
-fn size(refined: &Refined, places: &[usize], given: &[usize]) -> f64 {
-    let values = DVector::from_iterator(places.len(), places.iter().map(|k| refined.point.shared[*k]));
-    let factor = covariance_given(refined, places, given).and_then(DMatrix::cholesky);
-    factor.map_or(f64::INFINITY, |c| values.dot(&c.solve(&values)))
 }
