@@ -163,23 +163,29 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
 }
 
 /// Decides between sets. `present` is a set that each must contain. `least` is the sum that a set must lead those by that it
-/// is more than, `far` that by which it must lead those of another kind: more where nothing explains the data.
+/// is more than, `far` that by which it must lead those of another kind: more where nothing explains the data. What is left where
+/// a part of a set `suffices` is given no name, however well the set predicts it.
 pub(super) fn judge(
     constants: &Constants,
     sets: &[Hypothesis],
     forms: &[Form],
     present: &[usize],
     (least, far): (f64, f64),
+    suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
 ) -> Ruling {
     let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
     let stands = |k: usize| {
         let set = &sets[k];
+        let part = |other: &&Hypothesis| contains(&set.forms, &other.forms, forms);
+        let fewer = |other: &&Hypothesis| other.forms.len() < set.forms.len();
+        let enough = |other: &Hypothesis| is_more(&other.forms) && other.unborne.is_none() && suffices(other, set);
         is_more(&set.forms)
             && set.unborne.is_none()
-            && sets.iter().all(|other| {
-                let asked = if other.forms.len() < set.forms.len() { least } else { far };
-                !contains(&set.forms, &other.forms, forms) || constants.beats(set, other, asked)
+            && sets.iter().filter(part).all(|other| {
+                let asked = if fewer(&other) { least } else { far };
+                constants.beats(set, other, asked)
             })
+            && !sets.iter().filter(part).filter(fewer).any(enough)
     };
     let standing: Vec<usize> = (0..sets.len()).filter(|k| stands(*k)).collect();
     let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
