@@ -265,12 +265,16 @@ impl Expression {
 
 /// A power; whole exponents by repeated multiplication.
 pub(super) fn power(base: f64, exponent: f64) -> f64 {
-    if exponent.fract() == 0.0 && exponent.abs() <= 64.0 {
-        #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 64")]
-        base.powi(exponent as i32)
-    } else {
-        base.powf(exponent)
+    match whole(exponent) {
+        Some(whole) => base.powi(whole),
+        None => base.powf(exponent),
     }
+}
+
+/// An exponent as a whole number, where it is one that is multiplied out.
+pub(super) fn whole(exponent: f64) -> Option<i32> {
+    #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 64")]
+    (exponent.fract() == 0.0 && exponent.abs() <= 64.0).then_some(exponent as i32)
 }
 
 fn sum(parts: impl Iterator<Item = Expression>) -> Expression {

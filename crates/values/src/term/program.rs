@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use super::calculus::without_bounds;
-use super::expression::{Expression, Function, Symbol, power, sign};
+use super::expression::{Expression, Function, Symbol, sign, whole};
 use super::{Kind, Layout};
 
 /// Expressions compiled to a flat list of instructions over numbered slots; shared parts are computed once.
 ///
 /// Slots hold, in order: time, states, inputs, input rates, input accelerations, accelerations, one held sign for each surface,
 /// constants, and intermediate values.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     layout: Layout,
     surfaces: usize,
@@ -97,12 +97,15 @@ enum Operation {
     /// The sum of some of the program's addends, from one to before another: stays in a register while it grows.
     Sum(usize, usize),
     Multiply(usize, usize),
-    Power(usize, f64),
+    /// To the power of a whole number.
+    Whole(usize, i32),
+    /// To the power of what another slot holds.
+    Power(usize, usize),
     Call(Function, usize),
     Pair(Function, usize, usize),
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Instruction {
     operation: Operation,
     target: usize,
@@ -196,11 +199,62 @@ impl Program {
                     addends.fold(first, |sum, addend| sum + addend)
                 }
                 Operation::Multiply(a, b) => slots[a] * slots[b],
-                Operation::Power(a, exponent) => power(slots[a], exponent),
+                Operation::Whole(a, exponent) => slots[a].powi(exponent),
+                Operation::Power(a, b) => slots[a].powf(slots[b]),
                 Operation::Call(Function::Sgn, a) => sign(slots[a]),
                 Operation::Call(Function::Abs, a) => slots[a].abs(),
                 Operation::Call(function, a) => function.value(&[slots[a]]),
                 Operation::Pair(function, a, b) => function.value(&[slots[a], slots[b]]),
+            };
+        }
+    }
+
+    /// True if another program does the same with other constants: then [`Self::run_beside`] serves both.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.layout == other.layout
+            && self.surfaces == other.surfaces
+            && self.constants.len() == other.constants.len()
+            && self.instructions == other.instructions
+            && self.addends == other.addends
+            && self.outputs == other.outputs
+    }
+
+    /// Makes one place of each slot ready for [`Self::run_beside`], with this program's constants.
+    pub fn prepare_beside<const W: usize>(&self, slots: &mut Vec<[f64; W]>, place: usize) {
+        slots.resize(self.slot_count(), [0.0; W]);
+        for (slot, constant) in slots[self.first_constant()..].iter_mut().zip(&self.constants) {
+            slot[place] = *constant;
+        }
+    }
+
+    /// As [`Self::run`], for programs that are alike at once: each slot holds a value of each of them.
+    #[inline]
+    pub fn run_beside<const W: usize>(&self, slots: &mut [[f64; W]]) {
+        fn of_one<const W: usize>(a: [f64; W], f: impl Fn(f64) -> f64) -> [f64; W] {
+            a.map(f)
+        }
+        fn of_two<const W: usize>(a: [f64; W], b: [f64; W], f: impl Fn(f64, f64) -> f64) -> [f64; W] {
+            let mut out = a;
+            out.iter_mut().zip(b).for_each(|(o, b)| *o = f(*o, b));
+            out
+        }
+        for Instruction { operation, target } in &self.instructions {
+            slots[*target] = match *operation {
+                Operation::Sum(from, to) => {
+                    let mut sum = [0.0; W];
+                    for (k, (a, b)) in self.addends[from..to].iter().enumerate() {
+                        let product = of_two(slots[*a], slots[*b], |a, b| a * b);
+                        sum = if k == 0 { product } else { of_two(sum, product, |sum, product| sum + product) };
+                    }
+                    sum
+                }
+                Operation::Multiply(a, b) => of_two(slots[a], slots[b], |a, b| a * b),
+                Operation::Whole(a, exponent) => of_one(slots[a], |a| a.powi(exponent)),
+                Operation::Power(a, b) => of_two(slots[a], slots[b], f64::powf),
+                Operation::Call(Function::Sgn, a) => of_one(slots[a], sign),
+                Operation::Call(Function::Abs, a) => of_one(slots[a], f64::abs),
+                Operation::Call(function, a) => of_one(slots[a], |a| function.value(&[a])),
+                Operation::Pair(function, a, b) => of_two(slots[a], slots[b], |a, b| function.value(&[a, b])),
             };
         }
     }
@@ -274,7 +328,12 @@ impl Program {
                         *o = a * b;
                     }
                 }
-                Operation::Power(a, exponent) => map(out, a, &|a| power(a, exponent)),
+                Operation::Whole(a, exponent) => map(out, a, &|a| a.powi(exponent)),
+                Operation::Power(a, b) => {
+                    for ((o, a), b) in out.iter_mut().zip(slot(a)).zip(slot(b)) {
+                        *o = a.powf(*b);
+                    }
+                }
                 Operation::Call(Function::Sgn, a) => out.iter_mut().zip(slot(a)).for_each(|(o, a)| *o = sign(*a)),
                 Operation::Call(Function::Abs, a) => out.iter_mut().zip(slot(a)).for_each(|(o, a)| *o = a.abs()),
                 Operation::Call(function, a) => map(out, a, &|a| function.value(&[a])),
@@ -387,7 +446,8 @@ impl<'a> Compiler<'a> {
                 operation: match *operation {
                     Operation::Sum(from, to) => Operation::Sum(from, to),
                     Operation::Multiply(a, b) => Operation::Multiply(settle(a), settle(b)),
-                    Operation::Power(a, n) => Operation::Power(settle(a), n),
+                    Operation::Whole(a, n) => Operation::Whole(settle(a), n),
+                    Operation::Power(a, b) => Operation::Power(settle(a), settle(b)),
                     Operation::Call(f, a) => Operation::Call(f, settle(a)),
                     Operation::Pair(f, a, b) => Operation::Pair(f, settle(a), settle(b)),
                 },
@@ -424,7 +484,13 @@ impl<'a> Compiler<'a> {
                         let square = operand(self.place(&Expression::Power(base.clone(), 2.0)));
                         self.push(Operation::Multiply(square, a))
                     }
-                    n => self.push(Operation::Power(a, n)),
+                    n => match whole(n) {
+                        Some(n) => self.push(Operation::Whole(a, n)),
+                        None => {
+                            let b = operand(self.place(&Expression::Number(n)));
+                            self.push(Operation::Power(a, b))
+                        }
+                    },
                 }
             }
             Expression::Call(function, arguments) => self.call(*function, arguments),
@@ -497,8 +563,10 @@ impl<'a> Compiler<'a> {
         for operation in self.operations.iter().flatten() {
             match *operation {
                 Operation::Sum(..) => {}
-                Operation::Multiply(a, b) | Operation::Pair(_, a, b) => [a, b].into_iter().for_each(&mut count),
-                Operation::Power(a, _) | Operation::Call(_, a) => count(a),
+                Operation::Multiply(a, b) | Operation::Power(a, b) | Operation::Pair(_, a, b) => {
+                    [a, b].into_iter().for_each(&mut count);
+                }
+                Operation::Whole(a, _) | Operation::Call(_, a) => count(a),
             }
         }
         for addend in &mut self.addends {
