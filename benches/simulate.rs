@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sindyscope_core::simulate::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
+use sindyscope_core::simulate::{
+    InputGrid, Limits, Output, Response, SIDE_BY_SIDE, Simulator, Task, Workspace, Workspaces, fit_initial_state,
+    run_beside,
+};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::term::Term;
 
@@ -40,6 +43,17 @@ fn simulate(c: &mut Criterion) {
     let forced = InputGrid::new(0.0, 0.01, force.len(), &[&force], None);
     let duffing = simulator(1, &[("v", -0.2), ("x", -1.0), ("x^3", -0.6), ("u", 1.0)]);
     run("Duffing, 20 000 samples at 100 Hz", c, &duffing, &forced, &[0.0, 0.0]);
+    // As a fit asks for its sensitivities.
+    let limits = Limits { tolerance: 1e-7, ..Limits::default() };
+    let (mut workspaces, mut responses) = (Workspaces::default(), vec![Response::default(); SIDE_BY_SIDE]);
+    let slid = friction(0.0856);
+    for (name, simulator, grid) in [("friction", &slid, &grid), ("Duffing", &duffing, &forced)] {
+        let task = Task { simulator, grid, initial: &[0.0, 0.0], samples: 0..grid.len(), limits };
+        let tasks = vec![task; simulator.side_by_side()];
+        c.bench_function(&format!("{name}, {} runs side by side", tasks.len()), |b| {
+            b.iter(|| run_beside(black_box(&tasks), true, &mut workspaces, &mut responses));
+        });
+    }
     // Nine samples a period, as coarse as a resonance is usually recorded.
     let force = tones(131_072, 1.0 / 610.0, 1.0, &[31.0, 67.0, 83.0]);
     let coarse = InputGrid::new(0.0, 1.0 / 610.0, force.len(), &[&force], None);

@@ -51,6 +51,8 @@ pub mod prelude {
         fn par_iter(&self) -> std::slice::Iter<'_, T>;
         /// The pieces in order, to be changed.
         fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T>;
+        /// So many pieces at a time, to be changed.
+        fn par_chunks_mut(&mut self, size: usize) -> std::slice::ChunksMut<'_, T>;
     }
 
     impl<T> SerialSlice<T> for [T] {
@@ -60,6 +62,10 @@ pub mod prelude {
 
         fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
             self.iter_mut()
+        }
+
+        fn par_chunks_mut(&mut self, size: usize) -> std::slice::ChunksMut<'_, T> {
+            self.chunks_mut(size)
         }
     }
 

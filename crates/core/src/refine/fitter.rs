@@ -1,14 +1,18 @@
 //! The iteration of Levenberg and Marquardt on simulated responses.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
+use crate::parallel::lock;
 use crate::parallel::prelude::*;
 use nalgebra::DMatrix;
 
 use super::arrow::{Arrow, Correction};
 use super::{FitOptions, Instance, Point, Refined, Run, SensorReading, Structure};
 use crate::signal::dot;
-use crate::simulate::{Delays, InputGrid, Limits, Output, Response, Simulator, Workspace, later};
+use crate::simulate::{
+    Delays, InputGrid, Limits, Output, Response, SIDE_BY_SIDE, Simulator, Task, Workspaces, later, run_beside,
+};
 
 /// Steps before a fit is held against the best of its rivals.
 const STEPS_BEFORE_BAR: usize = 4;
@@ -44,6 +48,9 @@ const STRAY_RESIDUAL: f64 = 3.0;
 
 /// Largest error of a sampling interval of the simulation, as a share of the motion: far below [`DIFFERENCE_STEP`].
 const TOLERANCE: f64 = 1e-7;
+
+/// Delayed inputs that are kept: those of a few records at the point where a fit is, and at a step of a delay.
+const MOST_DELAYED: usize = 16;
 
 /// Integration steps that the location of one change of sign counts as.
 const STEPS_PER_SWITCH: usize = 20;
@@ -129,27 +136,34 @@ struct Fitter<'a> {
     rms: f64,
     /// Integration steps so far, a change of side counted as [`STEPS_PER_SWITCH`].
     spent: AtomicUsize,
+    /// The inputs of a record that act later than they were measured, as they were last asked for.
+    delayed: Mutex<Vec<(usize, Delays, Arc<InputGrid>)>>,
 }
 
 /// Memory of one thread's simulations.
 #[derive(Default)]
 struct Scratch {
-    workspace: Workspace,
-    response: Response,
-    initial: Vec<f64>,
-    /// The last delayed inputs of a record.
-    delayed: Vec<Option<(Delays, InputGrid)>>,
+    workspaces: Workspaces,
+    responses: [Response; SIDE_BY_SIDE],
     /// What a sensor shows late.
     moved: Vec<f64>,
 }
 
-/// The motion of every run before a parameter is moved.
+/// A run of a model to be simulated.
+#[derive(Clone, Copy)]
+struct Wanted<'a> {
+    ready: &'a PreparedStructure,
+    run: usize,
+    own: &'a [f64],
+}
+
+/// The motion of a run before a parameter is moved.
 #[derive(Clone, Copy)]
 struct ResponseBefore<'a> {
-    /// Responses: `[run][row]`.
-    simulated: &'a [Vec<f64>],
-    /// Sides of the model's surfaces: `[run][sample]`; empty where they do not matter.
-    sides: &'a [Vec<u64>],
+    /// What the sensors show.
+    simulated: &'a [f64],
+    /// Sides of the model's surfaces at each sample; empty where they do not matter.
+    sides: &'a [u64],
 }
 
 /// A structure at certain parameters, ready to be simulated.
@@ -158,6 +172,8 @@ struct PreparedStructure {
     simulator: Simulator,
     /// Internal states along each record, as the measured motion drives them: `[record][state][sample]`.
     driven: Vec<Vec<Vec<f64>>>,
+    /// The inputs of each record where they act later than they were measured: `[record]`.
+    delayed: Vec<Option<Arc<InputGrid>>>,
 }
 
 impl<'a> Fitter<'a> {
@@ -176,6 +192,7 @@ impl<'a> Fitter<'a> {
             rates: runs.iter().any(Run::shows_rates),
             rms: (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
             spent: AtomicUsize::new(0),
+            delayed: Mutex::default(),
         }
     }
 
@@ -183,71 +200,106 @@ impl<'a> Fitter<'a> {
     fn ready(&self, shared: &[f64]) -> Option<PreparedStructure> {
         let instance = self.structure.instance(shared)?;
         let simulator = Simulator::new(&instance.model).ok()?;
-        let mut driven = Vec::new();
-        if self.options.driven && self.structure.internals() > 0 {
-            let mut before = usize::MAX;
-            for run in self.runs {
-                if run.record != before {
-                    before = run.record;
-                    driven.resize(run.record + 1, Vec::new());
-                    driven[run.record] = self.structure.driven(shared, run);
-                }
+        let drives = self.options.driven && self.structure.internals() > 0;
+        let delays = &instance.delays;
+        let (mut driven, mut delayed) = (Vec::new(), Vec::new());
+        let mut before = usize::MAX;
+        for run in self.runs.iter().filter(|_| drives || !delays.is_none()) {
+            if run.record == before {
+                continue;
+            }
+            before = run.record;
+            if drives {
+                driven.resize(run.record + 1, Vec::new());
+                driven[run.record] = self.structure.driven(shared, run);
+            }
+            if !delays.is_none() {
+                delayed.resize(run.record + 1, None);
+                delayed[run.record] = Some(self.delayed(run, delays));
             }
         }
-        Some(PreparedStructure { instance, simulator, driven })
+        Some(PreparedStructure { instance, simulator, driven, delayed })
     }
 
-    /// Simulates one run into `out`; false if the response does not last.
-    fn simulate(
-        &self,
-        ready: &PreparedStructure,
-        index: usize,
-        own: &[f64],
-        offsets: &[f64],
-        scratch: &mut Scratch,
-        out: &mut Vec<f64>,
-    ) -> bool {
-        let run = &self.runs[index];
-        let limits =
-            Limits { states: &run.limits, tolerance: TOLERANCE, cancelled: self.options.cancelled, rates: self.rates };
-        let Scratch { workspace, response, initial, delayed, moved } = scratch;
-        let delays = &ready.instance.delays;
-        let grid = if delays.is_none() {
-            &*run.grid
-        } else {
-            if delayed.len() <= run.record {
-                delayed.resize(run.record + 1, None);
-            }
-            let slot = &mut delayed[run.record];
-            if slot.as_ref().is_none_or(|(known, _)| known != delays) {
-                *slot = None;
-            }
-            &slot.get_or_insert_with(|| (delays.clone(), run.grid.delayed(delays))).1
+    /// The inputs of a run's record, later by delays.
+    fn delayed(&self, run: &Run, delays: &Delays) -> Arc<InputGrid> {
+        let known =
+            lock(&self.delayed).iter().find(|(r, d, _)| *r == run.record && d == delays).map(|k| Arc::clone(&k.2));
+        known.unwrap_or_else(|| {
+            let grid = Arc::new(run.grid.delayed(delays));
+            let mut all = lock(&self.delayed);
+            all.truncate(MOST_DELAYED - 1);
+            all.insert(0, (run.record, delays.clone(), Arc::clone(&grid)));
+            grid
+        })
+    }
+
+    /// Simulates some runs, [`SIDE_BY_SIDE`] at most, what the sensors show of each into `out`; those whose response does not last are
+    /// left empty.
+    fn simulate(&self, wanted: &[Wanted<'_>], offsets: &[f64], scratch: &mut Scratch, out: &mut [Vec<f64>]) {
+        let Scratch { workspaces, responses, moved } = scratch;
+        let initial = |Wanted { ready, run, own }: &Wanted<'_>| -> Vec<f64> {
+            let run = &self.runs[*run];
+            let driven = ready.driven.get(run.record).into_iter().flatten().map(|z| z[run.range.start]);
+            own.iter().copied().chain(driven).collect()
         };
-        initial.clear();
-        initial.extend_from_slice(own);
-        if let Some(driven) = ready.driven.get(run.record) {
-            initial.extend(driven.iter().map(|z| z[run.range.start]));
+        let initial: Vec<Vec<f64>> = wanted.iter().map(initial).collect();
+        let tasks: Vec<Task<'_>> = wanted
+            .iter()
+            .zip(&initial)
+            .map(|(Wanted { ready, run, .. }, initial)| {
+                let run = &self.runs[*run];
+                Task {
+                    simulator: &ready.simulator,
+                    grid: ready.delayed.get(run.record).and_then(Option::as_deref).unwrap_or(&run.grid),
+                    initial,
+                    samples: run.range.clone(),
+                    limits: Limits {
+                        states: &run.limits,
+                        tolerance: TOLERANCE,
+                        cancelled: self.options.cancelled,
+                        rates: self.rates,
+                    },
+                }
+            })
+            .collect();
+        let abreast = wanted.iter().all(|other| other.run == wanted[0].run);
+        run_beside(&tasks, abreast, workspaces, responses);
+        for ((Wanted { ready, run, .. }, response), out) in wanted.iter().zip(responses).zip(out) {
+            self.spent.fetch_add(response.steps + STEPS_PER_SWITCH * response.switches, Ordering::Relaxed);
+            self.show(&ready.instance, &self.runs[*run], offsets, response, moved, out);
         }
-        ready.simulator.run_into(grid, initial, run.range.clone(), &limits, workspace, response);
-        self.spent.fetch_add(response.steps + STEPS_PER_SWITCH * response.switches, Ordering::Relaxed);
+    }
+
+    /// What the sensors of a run show of a response; nothing where it does not last.
+    fn show(
+        &self,
+        instance: &Instance,
+        run: &Run,
+        offsets: &[f64],
+        response: &Response,
+        moved: &mut Vec<f64>,
+        out: &mut Vec<f64>,
+    ) {
         out.clear();
         if response.len() < run.range.len() {
-            return false;
+            return;
         }
         let freedoms = run.states() / 2;
         for (i, (output, weight)) in run.outputs.iter().zip(&run.weights).enumerate() {
             let offset = offsets.get(run.record * run.weights.len() + i).copied().unwrap_or(0.0);
-            let ceiling = ready.instance.ceiling.map_or(f64::INFINITY, f64::abs);
-            let SensorReading { delay, gain } = ready.instance.readings.get(i).copied().unwrap_or_default();
+            let ceiling = instance.ceiling.map_or(f64::INFINITY, f64::abs);
+            let SensorReading { delay, gain } = instance.readings.get(i).copied().unwrap_or_default();
             let mut series = output.series(response, freedoms);
             if delay != 0.0 {
-                later(series, delay / grid.interval(), moved);
+                later(series, delay / run.grid.interval(), moved);
                 series = moved;
             }
             out.extend(series.iter().map(|x| weight * (gain * x + offset).clamp(-ceiling, ceiling)));
         }
-        out.iter().all(|y| y.is_finite())
+        if !out.iter().all(|y| y.is_finite()) {
+            out.clear();
+        }
     }
 
     /// Simulates every run into `out`, `[run][row]`, and gives the sum of squares with that of the expectations; none if a response
@@ -255,16 +307,21 @@ impl<'a> Fitter<'a> {
     fn all(&self, point: &Point, out: &mut Vec<Vec<f64>>) -> Option<f64> {
         let ready = self.ready(&point.shared)?;
         out.resize_with(self.runs.len(), Vec::new);
+        let together = ready.simulator.side_by_side();
+        let left = |run: &Run, shown: &[f64]| {
+            let square = || run.target().zip(shown).map(|(y, s)| (y - s).powi(2)).sum::<f64>();
+            (shown.len() == run.rows()).then(square)
+        };
         let lasts = out
-            .par_iter_mut()
+            .par_chunks_mut(together)
             .enumerate()
-            .with_min_len(8)
-            .map_init(Scratch::default, |scratch, (index, out)| {
-                let run = &self.runs[index];
-                if !self.simulate(&ready, index, &point.own[index], &point.offsets, scratch, out) {
-                    return None;
-                }
-                Some(run.target().zip(out.iter()).map(|(y, s)| (y - s).powi(2)).sum::<f64>())
+            .with_min_len(2)
+            .map_init(Scratch::default, |scratch, (chunk, out)| {
+                let first = chunk * together;
+                let wanted: Vec<Wanted<'_>> =
+                    (first..first + out.len()).map(|run| Wanted { ready: &ready, run, own: &point.own[run] }).collect();
+                self.simulate(&wanted, &point.offsets, scratch, out);
+                self.runs[first..].iter().zip(&*out).map(|(run, shown)| left(run, shown)).sum::<Option<f64>>()
             })
             .collect::<Vec<Option<f64>>>();
         let rss = lasts.into_iter().sum::<Option<f64>>()?
@@ -285,9 +342,13 @@ impl<'a> Fitter<'a> {
         (0..self.runs.len())
             .into_par_iter()
             .map_init(Scratch::default, |scratch, r| {
-                let mut out = Vec::new();
-                self.simulate(ready, r, &point.own[r], &point.offsets, scratch, &mut out);
-                std::mem::take(&mut scratch.response.sides)
+                self.simulate(
+                    &[Wanted { ready, run: r, own: &point.own[r] }],
+                    &point.offsets,
+                    scratch,
+                    &mut [Vec::new()],
+                );
+                std::mem::take(&mut scratch.responses[0].sides)
             })
             .collect()
     }
@@ -323,38 +384,64 @@ impl<'a> Fitter<'a> {
     /// Makes a response after a step of a parameter a slope: the difference from the response before, over the step. At a
     /// sample of an acceleration that a jump has passed over, it is zero.
     fn slope(&self, run: usize, column: &mut [f64], step: f64, before: ResponseBefore<'_>, sides: &[u64]) {
-        column.iter_mut().zip(&before.simulated[run]).for_each(|(c, s)| *c = (*c - s) / step);
-        let Some(sides_before) = before.sides.get(run) else { return };
+        column.iter_mut().zip(before.simulated).for_each(|(c, s)| *c = (*c - s) / step);
         let length = self.runs[run].range.len();
         for (output, column) in self.runs[run].outputs.iter().zip(column.chunks_mut(length.max(1))) {
             if output.is_rate() {
-                let passed = sides_before.iter().zip(sides).map(|(a, b)| a != b);
+                let passed = before.sides.iter().zip(sides).map(|(a, b)| a != b);
                 column.iter_mut().zip(passed).filter(|(_, passed)| *passed).for_each(|(c, _)| *c = 0.0);
             }
         }
     }
 
-    /// The slopes of the responses by a shared parameter that is moved by a step; one column a run.
-    fn shared_columns(
-        &self,
-        point: &Point,
-        index: usize,
-        step: f64,
-        before: ResponseBefore<'_>,
-        scratch: &mut Scratch,
-    ) -> Option<Vec<Vec<f64>>> {
+    /// The model with a shared parameter moved by about a step, and the step; none out of bounds.
+    fn moved(&self, point: &Point, index: usize, step: f64) -> Option<(PreparedStructure, f64)> {
         let mut moved = point.shared.clone();
         moved[index] += step;
         let step = moved[index] - point.shared[index];
-        let ready = self.ready(&moved)?;
-        let mut columns = vec![Vec::new(); self.runs.len()];
-        for (r, column) in columns.iter_mut().enumerate() {
-            if !self.simulate(&ready, r, &point.own[r], &point.offsets, scratch, column) {
-                return None;
-            }
-            self.slope(r, column, step, before, &scratch.response.sides);
-        }
-        Some(columns)
+        Some((self.ready(&moved)?, step))
+    }
+
+    /// A run's initial values, each of them moved by about a step in turn, and the steps.
+    fn moved_own(&self, run: usize, own: &[f64], nudge: f64) -> Vec<(Vec<f64>, f64)> {
+        let run = &self.runs[run];
+        let moved = |i: usize| {
+            let reach = run.limits.get(i).filter(|l| i < run.states() && **l > 0.0).map_or(1.0, |l| 0.1 * l);
+            let mut moved = own.to_vec();
+            moved[i] += nudge * reach;
+            let step = moved[i] - own[i];
+            (moved, step)
+        };
+        (0..own.len()).map(moved).collect()
+    }
+
+    /// The slopes of responses by what was moved by a step, one column each; none where a response does not last. All that is moved
+    /// of a run goes side by side with the run as it is, in the same steps: what those miss is no part of a difference.
+    fn slopes(&self, wanted: &[(Wanted<'_>, f64)], present: (&PreparedStructure, &Point)) -> Vec<Option<Vec<f64>>> {
+        let (ready, point) = present;
+        let count = ready.simulator.side_by_side() - 1;
+        let together: Vec<&[(Wanted<'_>, f64)]> =
+            wanted.chunk_by(|(a, _), (b, _)| a.run == b.run).flat_map(|run| run.chunks(count)).collect();
+        let slopes = together.par_iter().map_init(Scratch::default, |scratch, together| {
+            let run = together[0].0.run;
+            let as_it_is = Wanted { ready, run, own: &point.own[run] };
+            let runs: Vec<Wanted<'_>> =
+                std::iter::once(as_it_is).chain(together.iter().map(|(wanted, _)| *wanted)).collect();
+            let mut shown = vec![Vec::new(); runs.len()];
+            self.simulate(&runs, &point.offsets, scratch, &mut shown);
+            let mut columns = shown.into_iter().zip(&scratch.responses);
+            let Some((before, response)) = columns.next() else { return Vec::new() };
+            let before = ResponseBefore { simulated: &before, sides: &response.sides };
+            let slope = |((mut column, response), (_, step)): ((Vec<f64>, &Response), &(Wanted<'_>, f64))| {
+                if column.is_empty() || before.simulated.is_empty() {
+                    return None;
+                }
+                self.slope(run, &mut column, *step, before, &response.sides);
+                Some(column)
+            };
+            columns.zip(*together).map(slope).collect::<Vec<_>>()
+        });
+        slopes.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
     /// What the response of every run does as each unknown moves: `[run][unknown][row]`.
@@ -367,21 +454,38 @@ impl<'a> Fitter<'a> {
     ) -> Option<Vec<Vec<Vec<f64>>>> {
         let shared = self.shared(point);
         let ready = self.ready(&point.shared)?;
-        let sides = self.sides(&ready, point);
-        let before = ResponseBefore { simulated, sides: &sides };
-        let found: Vec<Option<Vec<Vec<f64>>>> = (0..shared)
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, j| {
-                // Forward, else backward where the forward point is out of bounds or its simulation does not last.
-                [nudge * scales[j], -nudge * scales[j]]
-                    .into_iter()
-                    .find_map(|step| self.shared_columns(point, j, step, before, scratch))
-            })
-            .collect();
-        let mut columns = vec![Vec::new(); self.runs.len()];
+        let runs = 0..self.runs.len();
+        let forward: Vec<Option<(PreparedStructure, f64)>> =
+            (0..shared).into_par_iter().map(|j| self.moved(point, j, nudge * scales[j])).collect();
+        let own: Vec<Vec<(Vec<f64>, f64)>> =
+            runs.clone().map(|run| self.moved_own(run, &point.own[run], nudge)).collect();
+        let mut wanted: Vec<(Wanted<'_>, f64)> = Vec::new();
+        for run in runs.clone() {
+            let shared = forward.iter().flatten();
+            wanted.extend(shared.map(|(ready, step)| (Wanted { ready, run, own: &point.own[run] }, *step)));
+            wanted.extend(own[run].iter().map(|(own, step)| (Wanted { ready: &ready, run, own }, *step)));
+        }
+        let mut slopes = self.slopes(&wanted, (&ready, point)).into_iter();
+        let mut by_shared = vec![Vec::new(); shared];
+        let mut by_own = Vec::new();
+        for own in &own {
+            for (columns, moved) in by_shared.iter_mut().zip(&forward) {
+                columns.push(moved.as_ref().and_then(|_| slopes.next().flatten()));
+            }
+            by_own.push(slopes.by_ref().take(own.len()).collect::<Option<Vec<_>>>()?);
+        }
+        // Forward, else backward where the forward point is out of bounds or its simulation does not last.
+        let backward = |j: usize, step: f64| -> Option<Vec<Vec<f64>>> {
+            let (moved, step) = self.moved(point, j, step)?;
+            let of_run = |run: usize| (Wanted { ready: &moved, run, own: &point.own[run] }, step);
+            let wanted: Vec<(Wanted<'_>, f64)> = runs.clone().map(of_run).collect();
+            self.slopes(&wanted, (&ready, point)).into_iter().collect()
+        };
         let rows: usize = simulated.iter().map(Vec::len).sum();
-        for (found, scale) in found.into_iter().zip(scales.iter_mut()) {
-            let found = found?;
+        let mut columns = vec![Vec::new(); self.runs.len()];
+        for (j, (forward, scale)) in by_shared.into_iter().zip(scales.iter_mut()).enumerate() {
+            let forward: Option<Vec<Vec<f64>>> = forward.into_iter().collect();
+            let found = forward.or_else(|| backward(j, -nudge * *scale))?;
             let size = (found.iter().flatten().map(|c| c * c).sum::<f64>() / rows as f64).sqrt();
             if size > 0.0 {
                 // The next difference moves the response by a nudge of its size.
@@ -391,38 +495,17 @@ impl<'a> Fitter<'a> {
                 run.push(column);
             }
         }
-        let lasts: Vec<bool> = columns
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(8)
-            .map_init(Scratch::default, |scratch, (r, columns)| {
-                let run = &self.runs[r];
-                if self.offset {
-                    for i in 0..run.weights.len() {
-                        let length = run.range.len();
-                        let mut column = vec![0.0; simulated[r].len()];
-                        column[i * length..(i + 1) * length].fill(run.weights[i]);
-                        columns.push(column);
-                    }
-                }
-                let mut own = point.own[r].clone();
-                (0..own.len()).all(|i| {
-                    let reach = run.limits.get(i).filter(|l| i < run.states() && **l > 0.0).map_or(1.0, |l| 0.1 * l);
-                    let value = own[i];
-                    own[i] = value + nudge * reach;
-                    let step = own[i] - value;
-                    let mut column = Vec::new();
-                    let lasts = self.simulate(&ready, r, &own, &point.offsets, scratch, &mut column);
-                    own[i] = value;
-                    if lasts {
-                        self.slope(r, &mut column, step, before, &scratch.response.sides);
-                    }
-                    columns.push(column);
-                    lasts
-                })
-            })
-            .collect();
-        lasts.into_iter().all(|l| l).then_some(columns)
+        for ((r, columns), own) in columns.iter_mut().enumerate().zip(by_own) {
+            let run = &self.runs[r];
+            for (i, weight) in run.weights.iter().enumerate().filter(|_| self.offset) {
+                let length = run.range.len();
+                let mut column = vec![0.0; simulated[r].len()];
+                column[i * length..(i + 1) * length].fill(*weight);
+                columns.push(column);
+            }
+            columns.extend(own);
+        }
+        Some(columns)
     }
 
     /// The normal equations; `columns[run][unknown][row]` are the sensitivities, `simulated[run][row]` the responses.

@@ -10,7 +10,7 @@ use sindyscope_values::term::LANES;
 
 /// A Runge–Kutta method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum RungeKutta {
+pub(super) enum RungeKutta {
     /// The classical method: four stages, order four.
     Four,
     /// Seven stages, order six: J. C. Butcher, "On Runge–Kutta processes of high order", J. Austral. Math. Soc. 4 (1964)
@@ -25,6 +25,72 @@ impl RungeKutta {
             Self::Four => &[0.0, 0.5],
             Self::Six => &[0.0, 1.0 / 3.0, 0.5, 2.0 / 3.0],
         }
+    }
+
+    /// The state after a step of a length, s, from `x` with its rates `k1`; `lane` is that of the step's first place, `end` that of its
+    /// end.
+    #[inline]
+    pub(super) fn advance<S: State>(
+        self,
+        x: &S,
+        k1: &S,
+        (h, lane, end): (f64, usize, usize),
+        mut rates: impl FnMut(&S, usize) -> S,
+    ) -> S {
+        match self {
+            Self::Four => {
+                let k2 = rates(&x.plus(0.5 * h, [(1.0, k1)]), lane + 1);
+                let k3 = rates(&x.plus(0.5 * h, [(1.0, &k2)]), lane + 1);
+                let k4 = rates(&x.plus(h, [(1.0, &k3)]), end);
+                x.plus(h / 6.0, [(1.0, k1), (2.0, &k2), (2.0, &k3), (1.0, &k4)])
+            }
+            Self::Six => {
+                let k2 = rates(&x.plus(h / 3.0, [(1.0, k1)]), lane + 1);
+                let k3 = rates(&x.plus(h / 3.0, [(2.0, &k2)]), lane + 3);
+                let k4 = rates(&x.plus(h / 12.0, [(1.0, k1), (4.0, &k2), (-1.0, &k3)]), lane + 1);
+                let k5 = rates(&x.plus(h / 16.0, [(-1.0, k1), (18.0, &k2), (-3.0, &k3), (-6.0, &k4)]), lane + 2);
+                let k6 = rates(&x.plus(h / 8.0, [(9.0, &k2), (-3.0, &k3), (-6.0, &k4), (4.0, &k5)]), lane + 2);
+                let k7 =
+                    rates(&x.plus(h / 44.0, [(9.0, k1), (-36.0, &k2), (63.0, &k3), (72.0, &k4), (-64.0, &k6)]), end);
+                x.plus(h / 120.0, [(11.0, k1), (81.0, &k3), (81.0, &k4), (-32.0, &k5), (-32.0, &k6), (11.0, &k7)])
+            }
+        }
+    }
+}
+
+/// What a step moves: one state vector, or several side by side.
+pub(super) trait State: Copy {
+    /// `x + h Σ c k`.
+    fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self;
+}
+
+impl<const N: usize> State for [f64; N] {
+    #[inline]
+    fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
+        let mut out = [0.0; N];
+        for (i, o) in out.iter_mut().enumerate() {
+            let mut total = 0.0;
+            for (c, k) in parts {
+                total += c * k[i];
+            }
+            *o = self[i] + h * total;
+        }
+        out
+    }
+}
+
+impl<const N: usize, const W: usize> State for [[f64; W]; N] {
+    #[inline]
+    fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
+        let mut out = [[0.0; W]; N];
+        for (i, o) in out.iter_mut().enumerate() {
+            let mut total = [0.0; W];
+            for (c, k) in parts {
+                total.iter_mut().zip(&k[i]).for_each(|(total, k)| *total += c * k);
+            }
+            o.iter_mut().zip(&self[i]).zip(total).for_each(|((o, x), total)| *o = x + h * total);
+        }
+        out
     }
 }
 
@@ -56,6 +122,9 @@ const STABLE_DECAY: f64 = 2.0;
 /// Samples from one check of the level to the next.
 const SAMPLES_PER_CHECK: usize = 128;
 
+/// Intervals that are prepared at once after the level has changed, twice as many each time.
+pub(super) const FIRST_INTERVALS: usize = 8;
+
 /// Checks in a row that a coarser level must pass before it is taken.
 const CHECKS_TO_COARSEN: usize = 3;
 
@@ -75,12 +144,63 @@ pub(super) struct Substep {
     pub(super) to: f64,
 }
 
+/// How far a run is.
+pub(super) struct Course<const N: usize> {
+    pub(super) sample: usize,
+    last: usize,
+    /// Magnitude of each state beyond which the run ends.
+    bounds: [f64; N],
+    /// Intervals that are prepared at once, at most.
+    pub(super) length: usize,
+    /// Changes of sides that are followed within one interval.
+    allowance: usize,
+    /// State and allowance before the last interval.
+    before: [f64; N],
+    followed: usize,
+}
+
+impl<const N: usize> Course<N> {
+    pub(super) fn is_on_its_way(&self) -> bool {
+        self.sample < self.last
+    }
+}
+
+/// The levels that were chosen, for the signs that stand in products: they make equations stiffer or less stiff again and again.
+#[derive(Debug, Default)]
+pub(super) struct KnownLevels {
+    /// Signs, level, and the sample from which it is chosen anew; the newest first.
+    entries: [Option<(u64, usize, usize)>; 8],
+}
+
+impl KnownLevels {
+    fn entry(&self, pattern: u64) -> Option<(u64, usize, usize)> {
+        self.entries.iter().flatten().copied().find(|(signs, ..)| *signs == pattern)
+    }
+
+    /// The level that is known to do at a sample.
+    fn at(&self, pattern: u64, sample: usize) -> Option<usize> {
+        self.entry(pattern).filter(|(.., until)| sample < *until).map(|(_, level, _)| level)
+    }
+
+    /// The level that did at last.
+    fn last(&self, pattern: u64) -> Option<usize> {
+        self.entry(pattern).map(|(_, level, _)| level)
+    }
+
+    fn keep(&mut self, pattern: u64, level: usize, until: usize) {
+        let place = self.entries.iter().position(|e| e.is_none_or(|(signs, ..)| signs == pattern));
+        let last = place.unwrap_or(self.entries.len() - 1);
+        self.entries[..=last].rotate_right(1);
+        self.entries[0] = Some((pattern, level, until));
+    }
+}
+
 /// The state of an integration; `N` is the state vector's length, padded.
 pub(super) struct Machine<'a, const N: usize> {
     pub(super) equations: &'a Equations,
     pub(super) grid: &'a InputGrid,
     pub(super) work: &'a mut Workspace,
-    matrix: [[f64; N]; N],
+    pub(super) matrix: [[f64; N]; N],
     /// What the held signs that stand alone add to the rates.
     pub(super) held: [f64; N],
     pub(super) x: [f64; N],
@@ -88,7 +208,7 @@ pub(super) struct Machine<'a, const N: usize> {
     pub(super) rate: [f64; N],
     /// The end of the last trial step.
     pub(super) ahead: [f64; N],
-    level: usize,
+    pub(super) level: usize,
     /// The coarsest level at which a state's own decay is stable; a fast state at rest gives no error to see it by.
     floor: usize,
     /// Checks in a row at which the next coarser level would have done.
@@ -142,6 +262,39 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     pub(super) fn run(&mut self, initial: &[f64], samples: Range<usize>, limits: &Limits<'_>, response: &mut Response) {
+        let Some(mut course) = self.set_out(initial, samples, limits, response) else { return };
+        let mut levels = KnownLevels::default();
+        while course.is_on_its_way() {
+            if (limits.cancelled)() {
+                response.cancelled = true;
+                break;
+            }
+            self.level = self.level_at(course.sample, limits.tolerance, &mut levels);
+            let count = self.most(&course);
+            self.prepare(&mut course, count, None);
+            for k in 0..count {
+                self.depart(&mut course);
+                for part in 0..LEVELS[self.level].1 {
+                    self.step(&self.substep(course.sample, k, part), response);
+                }
+                self.arrive(&mut course, response);
+                if !course.is_on_its_way() || self.needs_level(&course, &levels) != Some(self.level) {
+                    course.length = FIRST_INTERVALS;
+                    break;
+                }
+            }
+        }
+        self.end(&course, limits, response);
+    }
+
+    /// Begins a run; none where it ends at once.
+    pub(super) fn set_out(
+        &mut self,
+        initial: &[f64],
+        samples: Range<usize>,
+        limits: &Limits<'_>,
+        response: &mut Response,
+    ) -> Option<Course<N>> {
         for (x, value) in self.x.iter_mut().zip(&initial[..initial.len().min(self.equations.states)]) {
             *x = *value;
         }
@@ -152,82 +305,118 @@ impl<'a, const N: usize> Machine<'a, N> {
         for (scale, limit) in self.scale.iter_mut().zip(limits.states) {
             *scale = if limit.is_finite() { 1e-2 * limit } else { 0.0 };
         }
-        let mut sample = samples.start;
-        let last = samples.end - 1;
-        let mut length = usize::MAX;
-        let mut next_check = sample;
-        let mut allowance = MAX_CHANGES;
+        let (sample, last) = (samples.start, samples.end - 1);
         if !self.within(&bounds) {
             response.diverged_at = Some(self.grid.time(sample));
-            return;
+            return None;
         }
         self.store(response);
         if sample == last && !limits.rates {
-            return;
+            return None;
         }
         self.instants(sample, &[0.0]);
         self.begin(SINGLE_LANE, self.grid.time(sample), response);
         self.store_rates(response);
-        while sample < last {
-            if (limits.cancelled)() {
-                response.cancelled = true;
-                break;
-            }
-            if sample >= next_check {
-                self.choose_level(sample, limits.tolerance);
-                next_check = sample + SAMPLES_PER_CHECK;
-            }
-            let (method, parts) = LEVELS[self.level];
-            let stride = parts * method.places().len();
-            let count = (BLOCK_LANES / stride).min(last - sample).min(length).max(1);
-            self.fill(self.level, sample, count);
-            let x = self.x;
-            self.rate = self.rates(&x, 0);
-            length = length.saturating_mul(2);
-            for k in 0..count {
-                let (before, followed) = (self.x, allowance);
-                self.changes = allowance;
-                for part in 0..parts {
-                    let lane = k * stride + part * method.places().len();
-                    let span = Substep {
-                        lane,
-                        end: lane + method.places().len(),
-                        length: self.grid.interval() / parts as f64,
-                        sample,
-                        from: part as f64 / parts as f64,
-                        to: (part + 1) as f64 / parts as f64,
-                    };
-                    self.step(&span, response);
-                }
-                sample += 1;
-                // A motion that switches without end is followed less and less closely.
-                allowance = if self.changes == 0 { (allowance / 2).max(2) } else { (allowance + 1).min(MAX_CHANGES) };
-                if !self.within(&bounds) {
-                    response.diverged_at = Some(self.grid.time(sample));
-                    self.end_sticks(self.grid.time(sample), response);
-                    return;
-                }
+        let (length, allowance) = (usize::MAX, MAX_CHANGES);
+        Some(Course { sample, last, bounds, length, allowance, before: self.x, followed: allowance })
+    }
+
+    /// Sampling intervals that can be prepared at once from where a run is.
+    pub(super) fn most(&self, course: &Course<N>) -> usize {
+        let (method, parts) = LEVELS[self.level];
+        let stride = parts * method.places().len();
+        (BLOCK_LANES / stride).min(course.last - course.sample).min(course.length).max(1)
+    }
+
+    /// Computes the forcing of so many intervals, and the rates where they begin; what comes from outside is taken over from another run
+    /// along the same samples, if there is one.
+    pub(super) fn prepare(&mut self, course: &mut Course<N>, count: usize, beside: Option<&Self>) {
+        match beside {
+            Some(other) => self.take_over(other, course.sample, count),
+            None => self.fill(self.level, course.sample, count),
+        }
+        let x = self.x;
+        self.rate = self.rates(&x, 0);
+        course.length = course.length.saturating_mul(2);
+    }
+
+    /// Method and number of steps by which an interval is covered.
+    pub(super) fn division(&self) -> (RungeKutta, usize) {
+        LEVELS[self.level]
+    }
+
+    /// A part of the interval that is the `k`-th of those prepared.
+    pub(super) fn substep(&self, sample: usize, k: usize, part: usize) -> Substep {
+        let (method, parts) = LEVELS[self.level];
+        let places = method.places().len();
+        let lane = (k * parts + part) * places;
+        let (parts, place) = (parts as f64, part as f64);
+        let (from, to) = (place / parts, (place + 1.0) / parts);
+        Substep { lane, end: lane + places, length: self.grid.interval() / parts, sample, from, to }
+    }
+
+    /// Before the steps of an interval.
+    pub(super) fn depart(&mut self, course: &mut Course<N>) {
+        (course.before, course.followed) = (self.x, course.allowance);
+        self.changes = course.allowance;
+    }
+
+    /// After the steps of an interval.
+    pub(super) fn arrive(&mut self, course: &mut Course<N>, response: &mut Response) {
+        course.sample += 1;
+        // A motion that switches without end is followed less and less closely.
+        let calm = self.changes == 0;
+        course.allowance = if calm { (course.allowance / 2).max(2) } else { (course.allowance + 1).min(MAX_CHANGES) };
+        if !self.within(&course.bounds) {
+            response.diverged_at = Some(self.grid.time(course.sample));
+            course.last = course.sample;
+            return;
+        }
+        self.store(response);
+        self.store_rates(response);
+        response.steps += LEVELS[self.level].1;
+        if self.changes == course.followed && self.rests(&course.before) {
+            for _ in course.sample..course.last {
                 self.store(response);
                 self.store_rates(response);
-                response.steps += parts;
-                if self.changes == followed && self.rests(&before) {
-                    for _ in sample..last {
-                        self.store(response);
-                        self.store_rates(response);
-                    }
-                    sample = last;
-                    break;
-                }
-                if self.stiffness_changed {
-                    self.stiffness_changed = false;
-                    (next_check, length) = (sample, 8);
-                    break;
-                }
             }
+            course.sample = course.last;
         }
-        self.end_sticks(self.grid.time(sample), response);
-        response.coarse =
-            self.shortfall.iter().zip(&self.scale).any(|(error, scale)| *error > limits.tolerance * scale);
+    }
+
+    /// The level that the next interval needs, as far as it is known: another one where a sign that stands in products has changed
+    /// in the last one, which may have made the equations stiffer.
+    pub(super) fn needs_level(&mut self, course: &Course<N>, levels: &KnownLevels) -> Option<usize> {
+        match std::mem::take(&mut self.stiffness_changed) {
+            true => levels.at(self.pattern(), course.sample),
+            false => Some(self.level),
+        }
+    }
+
+    /// The level that a run's next intervals need: as it was found with the same signs a while ago, else chosen anew.
+    pub(super) fn level_at(&mut self, sample: usize, tolerance: f64, levels: &mut KnownLevels) -> usize {
+        self.stiffness_changed = false;
+        let pattern = self.pattern();
+        if let Some(level) = levels.at(pattern, sample) {
+            return level;
+        }
+        self.level = levels.last(pattern).unwrap_or(self.level);
+        self.choose_level(sample, tolerance);
+        levels.keep(pattern, self.level, sample + SAMPLES_PER_CHECK);
+        self.level
+    }
+
+    /// The signs that stand in products, as one number.
+    fn pattern(&self) -> u64 {
+        let mixed = self.equations.surfaces.iter().zip(&self.work.sides).filter(|(surface, _)| surface.mixed);
+        mixed.fold(0, |all, (_, side)| (all << 2) | side.code())
+    }
+
+    /// Ends a run.
+    pub(super) fn end(&mut self, course: &Course<N>, limits: &Limits<'_>, response: &mut Response) {
+        self.end_sticks(self.grid.time(course.sample), response);
+        let missed = |(error, scale): (&f64, &f64)| *error > limits.tolerance * scale;
+        response.coarse = response.diverged_at.is_none() && self.shortfall.iter().zip(&self.scale).any(missed);
     }
 
     /// True if something sticks, nothing drives, and no state has moved by more than rounding since `before`: then nothing
@@ -262,10 +451,16 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// One step from the present state, switching where the equations do.
     #[inline]
-    fn step(&mut self, span: &Substep, response: &mut Response) {
+    pub(super) fn step(&mut self, span: &Substep, response: &mut Response) {
         let (x, rate) = (self.x, self.rate);
         let next = self.advance(&x, &rate, span);
         let rate = self.rates(&next, span.end);
+        self.finish(next, rate, span, response);
+    }
+
+    /// Ends a step whose end and rates there are known with every sign as it was held: switching where the equations do.
+    #[inline]
+    pub(super) fn finish(&mut self, next: [f64; N], rate: [f64; N], span: &Substep, response: &mut Response) {
         if !self.equations.surfaces.is_empty() {
             self.observe(&next, &rate, span.end);
             if self.disturbed(span.length) {
@@ -283,27 +478,8 @@ impl<'a, const N: usize> Machine<'a, N> {
     /// The state at the end of a span, signs held (or sliding).
     #[inline]
     pub(super) fn advance(&mut self, x: &[f64; N], k1: &[f64; N], span: &Substep) -> [f64; N] {
-        let (h, lane) = (span.length, span.lane);
-        match LEVELS[self.level].0 {
-            RungeKutta::Four => {
-                let k2 = self.rates(&sum(x, 0.5 * h, [(1.0, k1)]), lane + 1);
-                let k3 = self.rates(&sum(x, 0.5 * h, [(1.0, &k2)]), lane + 1);
-                let k4 = self.rates(&sum(x, h, [(1.0, &k3)]), span.end);
-                sum(x, h / 6.0, [(1.0, k1), (2.0, &k2), (2.0, &k3), (1.0, &k4)])
-            }
-            RungeKutta::Six => {
-                let k2 = self.rates(&sum(x, h / 3.0, [(1.0, k1)]), lane + 1);
-                let k3 = self.rates(&sum(x, h / 3.0, [(2.0, &k2)]), lane + 3);
-                let k4 = self.rates(&sum(x, h / 12.0, [(1.0, k1), (4.0, &k2), (-1.0, &k3)]), lane + 1);
-                let k5 = self.rates(&sum(x, h / 16.0, [(-1.0, k1), (18.0, &k2), (-3.0, &k3), (-6.0, &k4)]), lane + 2);
-                let k6 = self.rates(&sum(x, h / 8.0, [(9.0, &k2), (-3.0, &k3), (-6.0, &k4), (4.0, &k5)]), lane + 2);
-                let k7 = self.rates(
-                    &sum(x, h / 44.0, [(9.0, k1), (-36.0, &k2), (63.0, &k3), (72.0, &k4), (-64.0, &k6)]),
-                    span.end,
-                );
-                sum(x, h / 120.0, [(11.0, k1), (81.0, &k3), (81.0, &k4), (-32.0, &k5), (-32.0, &k6), (11.0, &k7)])
-            }
-        }
+        let method = LEVELS[self.level].0;
+        method.advance(x, k1, (span.length, span.lane, span.end), |x, lane| self.rates(x, lane))
     }
 
     /// The rates of a state at the instant of a lane.
@@ -357,6 +533,27 @@ impl<'a, const N: usize> Machine<'a, N> {
         let lanes = 0..count * nodes.len() + 1;
         fill_lanes(self.grid, &self.equations.externals, &mut self.work.forcing, sample..sample + count, nodes);
         self.evaluate_forcing(lanes);
+    }
+
+    /// Takes the forcing of `count` intervals over from another run along the same samples, prepared at the same level.
+    fn take_over(&mut self, other: &Self, sample: usize, count: usize) {
+        let (method, parts) = LEVELS[self.level];
+        let lanes = 0..count * parts * method.places().len() + 1;
+        if self.equations.externals != other.equations.externals {
+            return self.fill(self.level, sample, count);
+        }
+        let mut copy = |slot: usize| {
+            let lanes = slot * LANES..slot * LANES + lanes.end;
+            self.work.forcing[lanes.clone()].copy_from_slice(&other.work.forcing[lanes]);
+        };
+        self.equations.externals.iter().for_each(|(address, _)| copy(*address));
+        if self.equations.forcing != other.equations.forcing {
+            self.evaluate_forcing(lanes);
+            return;
+        }
+        let of_surfaces = self.equations.surfaces.iter().filter_map(|surface| surface.offset);
+        of_surfaces.flat_map(|(value, drift)| [value, drift]).for_each(copy);
+        self.work.drive[..lanes.end * N].copy_from_slice(&other.work.drive[..lanes.end * N]);
     }
 
     /// Computes the forcing at places in one interval, from lane [`SINGLE_LANE`] on.
@@ -472,18 +669,4 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
         if worst.is_nan() { f64::INFINITY } else { worst }
     }
-}
-
-/// `x + h Σ c k`.
-#[inline]
-fn sum<const N: usize, const S: usize>(x: &[f64; N], h: f64, parts: [(f64, &[f64; N]); S]) -> [f64; N] {
-    let mut out = [0.0; N];
-    for (i, o) in out.iter_mut().enumerate() {
-        let mut total = 0.0;
-        for (c, k) in parts {
-            total += c * k[i];
-        }
-        *o = x[i] + h * total;
-    }
-    out
 }

@@ -13,6 +13,7 @@
 //!
 //! Source: M. di Bernardo, C. Budd, A. Champneys, P. Kowalczyk, *Piecewise-smooth Dynamical Systems*, Springer 2008.
 
+mod beside;
 mod delays;
 mod equations;
 mod grid;
@@ -25,6 +26,7 @@ mod tests;
 
 use std::ops::Range;
 
+pub use beside::{SIDE_BY_SIDE, Task, Workspaces, run_beside};
 pub use delays::Delays;
 pub use grid::InputGrid;
 pub(crate) use grid::later;

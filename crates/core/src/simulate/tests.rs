@@ -3,7 +3,9 @@ use std::f64::consts::TAU;
 use differential_equations::prelude::*;
 use proptest::prelude::*;
 
-use super::{InputGrid, Limits, Output, Response, Simulator, Workspace, fit_initial_state};
+use super::{
+    InputGrid, Limits, Output, Response, Simulator, Task, Workspace, Workspaces, fit_initial_state, run_beside,
+};
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::term::Term;
 
@@ -449,6 +451,51 @@ fn memory_may_serve_one_simulator_after_the_other() {
         for (simulator, start) in [(&a, vec![0.1, 0.0]), (&b, vec![0.1, 0.2, 0.0, 0.0])] {
             simulator.run_into(&grid, &start, 0..700, &Limits::default(), &mut workspace, &mut response);
             assert_eq!(response, all(simulator, &grid, &start));
+        }
+    }
+}
+
+#[test]
+fn runs_side_by_side_are_those_that_each_would_be_alone() {
+    let push = sampled(0.02, 700, |t| 1.2 * (1.3 * t).sin() + 0.5 * (2.9 * t).cos());
+    let grid = InputGrid::new(0.0, 0.02, push.len(), &[&push], None);
+    let limits = Limits { states: &[50.0, 50.0], tolerance: 1e-7, ..Limits::default() };
+    let models: [&dyn Fn(f64) -> Vec<(&'static str, f64)>; 5] = [
+        &|c| vec![("x", -1.0), ("v", -0.1), ("x^3", -c), ("u", 1.0)],
+        // Sticks now and then.
+        &|c| vec![("x", -1.0), ("sgn(v)", -c), ("u", 1.0)],
+        // Its contact makes it stiffer.
+        &|c| vec![("x", -1.0), ("v", -0.1), ("max(x - 0.5, 0)", -60.0 * c), ("u", 1.0)],
+        // Another program where the coefficient vanishes, another exponent where it does not.
+        &|c| vec![("x", -1.0), ("v*|v|", if c < 0.7 { -c } else { 0.0 }), ("u", c)],
+        // One of them runs away.
+        &|c| vec![("x", -1.0), ("v", 10.0 * (c - 0.6)), ("u", 1.0)],
+    ];
+    let mut workspaces = Workspaces::default();
+    for (k, model) in models.iter().enumerate() {
+        for (count, abreast) in [(3, true), (3, false), (8, true), (8, false)] {
+            let each: Vec<Simulator> =
+                (0..count).map(|i| second(1, &[&model(0.5 + 1e-3 * f64::from(i) * 10_f64.powi(i % 3))])).collect();
+            let starts: Vec<[f64; 2]> = (0..count).map(|i| [0.1 * f64::from(i), 0.3]).collect();
+            // Abreast they are along the same samples; else each has its own.
+            let from = |i: usize| if abreast { 20 } else { 7 * i };
+            let task = |(i, (simulator, initial))| {
+                let samples = from(i)..from(i) + 600 - if abreast { 0 } else { i };
+                Task { simulator, grid: &grid, initial, samples, limits }
+            };
+            let tasks: Vec<Task<'_>> =
+                each.iter().zip(starts.iter().map(<[f64; 2]>::as_slice)).enumerate().map(task).collect();
+            let mut responses = vec![Response::default(); tasks.len()];
+            run_beside(&tasks, abreast, &mut workspaces, &mut responses);
+            for (task, beside) in tasks.iter().zip(&responses) {
+                let alone = task.simulator.run(&grid, task.initial, task.samples.clone(), &limits);
+                assert_eq!(beside.len(), alone.len(), "model {k}, {count} runs");
+                assert_eq!(beside.sticks.len(), alone.sticks.len(), "model {k}, {count} runs");
+                let size = alone.states[0].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+                let apart = worst(&beside.states[0], &alone.states[0]);
+                // Steps may be finer than each alone would need.
+                assert!(apart < 1e-5 * size, "model {k}, {count} runs: {apart}");
+            }
         }
     }
 }
