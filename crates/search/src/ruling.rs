@@ -60,6 +60,13 @@ impl Tried {
         set
     }
 
+    /// The winner's effects that some rival does not have.
+    fn disputed(&self) -> Vec<Choice> {
+        let rivals: Vec<Vec<Choice>> = self.ruling.rivals.iter().map(|k| self.choices(&self.sets[*k])).collect();
+        let own = self.winner().map(|winner| self.choices(winner)).unwrap_or_default();
+        own.into_iter().filter(|c| rivals.iter().any(|rival| !rival.contains(c))).collect()
+    }
+
     /// Where a set stands among those tried.
     pub(super) fn place(&self, set: &[usize]) -> Option<usize> {
         self.sets.iter().position(|s| s.forms == set)
@@ -360,7 +367,10 @@ impl Search {
         self.ask(tried, exchanged.into_iter(), cancel);
         let tried = &*tried;
         let Some(winner) = tried.winner() else { return Ok((rounds, stages)) };
-        let order = self.passable(self.order_of(tried, winner, cancel), cancel)?;
+        let disputed = tried.disputed();
+        let order = self.passable(self.order_of(tried, winner, &disputed, cancel), cancel)?;
+        // Rivals are told where the last effect that they dispute is.
+        let told = order.iter().rposition(|c| disputed.contains(c)).unwrap_or(order.len().saturating_sub(1));
         for k in 0..order.len() {
             let own = &order[..=k];
             let fitted = if own.len() == order.len() { Arc::clone(&winner.fitted) } else { self.fitted(own, cancel)? };
@@ -371,10 +381,10 @@ impl Search {
                 Some((_, look)) => look.clone(),
                 None => self.look_into(&previous, Depth::Screened, Keep::Present, tell, cancel)?,
             };
-            if own.len() == order.len() {
+            if k == told {
                 self.know_rivals(&mut step, &rounds, tried);
             }
-            self.lead_to(&mut step, &order[k], &stage, tried, own.len() == order.len());
+            self.lead_to(&mut step, &order[k], &stage, tried, k == told);
             rounds.push(step);
             stages.push(stage);
         }
@@ -397,15 +407,17 @@ impl Search {
         Ok(order)
     }
 
-    /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any.
-    fn order_of(&self, tried: &Tried, set: &Hypothesis, cancel: &Cancel) -> Vec<Choice> {
+    /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any, but for those that are
+    /// in doubt of their place alone.
+    fn order_of(&self, tried: &Tried, set: &Hypothesis, disputed: &[Choice], cancel: &Cancel) -> Vec<Choice> {
         let rivals: Vec<Vec<Choice>> = tried.ruling.rivals.iter().map(|k| tried.choices(&tried.sets[*k])).collect();
+        let of_kind = |rival: &[Choice], c: &Choice| rival.iter().any(|other| other.effect == c.effect);
         let mut left = tried.choices(set);
         let mut order = Vec::new();
         while !left.is_empty() {
-            let disputed: Vec<Choice> =
-                left.iter().filter(|c| rivals.iter().any(|r| !r.contains(c))).cloned().collect();
-            let among = if disputed.is_empty() { left.clone() } else { disputed };
+            let in_doubt = |c: &&Choice| disputed.contains(c) && rivals.iter().any(|rival| !of_kind(rival, c));
+            let doubted: Vec<Choice> = left.iter().filter(in_doubt).cloned().collect();
+            let among = if doubted.is_empty() { left.clone() } else { doubted };
             let without = |c: &Choice| -> f64 {
                 let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
                 self.known(&rest).map_or(f64::INFINITY, |f| self.asked(&f, cancel).held_out_error())
@@ -434,7 +446,7 @@ impl Search {
     }
 
     /// Makes a look lead to an effect: the first of its candidates, with what stands against it behind.
-    fn lead_to(&self, round: &mut Round, effect: &Choice, stage: &Arc<Stage>, tried: &Tried, is_last: bool) {
+    fn lead_to(&self, round: &mut Round, effect: &Choice, stage: &Arc<Stage>, tried: &Tried, tells: bool) {
         let winner = tried.winner().map(|w| tried.choices(w)).unwrap_or_default();
         // Sets with another effect in this one's place.
         for set in tried.exchanged().into_iter().map(|k| &tried.sets[k]) {
@@ -473,8 +485,8 @@ impl Search {
             }
         }
         let rivals: Vec<&Hypothesis> = tried.ruling.rivals.iter().map(|k| &tried.sets[*k]).collect();
-        let places = if is_last { self.rival_places(tried, &rivals, &winner, &round.candidates) } else { Vec::new() };
-        if !is_last {
+        let places = if tells { self.rival_places(tried, &rivals, &winner, &round.candidates) } else { Vec::new() };
+        if !tells {
             round.next_experiment = None;
         }
         round.finding = if places.is_empty() { Finding::Named } else { Finding::Ambiguous(places) };
