@@ -1,10 +1,11 @@
 use super::effects::{EffectSetting, Frame, catalogue};
+use super::judge::{Hypothesis, judge};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::parameters::Parameters;
 use super::site::{Placed, Site};
 use super::structure::Composition;
-use super::{Ask, Search};
+use super::{Ask, Constants, Search};
 use sindyscope_core::signal::quantisation_step;
 use sindyscope_core::simulate::Output;
 use sindyscope_core::study::Cancel;
@@ -300,4 +301,32 @@ fn a_free_motion_counts_until_it_has_come_to_rest() {
     // More than the motion lasts may be wanted for the initial state.
     let (fitted, _) = of("friction-decay", 5.0, Some(4500));
     assert!((fitted - short).abs() < 0.01, "{fitted} s");
+}
+
+#[test]
+fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_not_named() {
+    let options = ScenarioOptions { duration: Some(5.0), ..ScenarioOptions::default() };
+    let records = RecordSet::new(generate("friction-decay", &options).unwrap().records, Usage::Fit);
+    let search = Search::new(&records, &Ask::default()).unwrap();
+    let fitted = search.fitted(&[], &Cancel::default()).unwrap();
+    let forms = catalogue(&setting(1, false));
+    let place = |effect: &str| forms.iter().position(|f| f.effect == effect).unwrap();
+    let mut both = vec![place("coulomb_friction"), place("cubic_damping")];
+    both.sort_unstable();
+    let set = |forms: &[usize], nats: f64| Hypothesis {
+        forms: forms.to_vec(),
+        fitted: fitted.clone(),
+        blocks: vec![nats; 10],
+        unborne: None,
+    };
+    let friction = [place("coulomb_friction")];
+    let sets = [set(&[], 0.0), set(&friction, 10.0), set(&both, 20.0)];
+    let winner = |present: &[usize], suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool| {
+        judge(&Constants::DEFAULT, &sets, &forms, present, (5.0, 5.0), suffices).winner
+    };
+    assert_eq!(winner(&[], &|_, _| false), Some(2));
+    assert_eq!(winner(&[], &|part, _| part.forms == friction), Some(1));
+    // What is there already, and no effect at all, are no parts that could suffice.
+    assert_eq!(winner(&friction, &|_, _| true), Some(2));
+    assert_eq!(winner(&[], &|part, _| part.forms.is_empty()), Some(2));
 }
