@@ -71,6 +71,13 @@ impl Data {
         self.noise.hypot(self.between_samples(fitted, cancel))
     }
 
+    /// True if the inputs' unknown course leaves more in a model's response than the noise explains, and more than what is asked about:
+    /// an RMS.
+    pub(super) fn hides_between_samples(&self, fitted: &Fitted, rms: f64, cancel: &Cancel) -> bool {
+        let between = self.between_samples(fitted, cancel);
+        between > rms && self.noise.hypot(between) > self.constants.explaining().0 * self.noise
+    }
+
     /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data
     /// fitted and on those never fitted.
     pub(super) fn is_within(&self, fitted: &Fitted, times: (f64, f64), cancel: &Cancel) -> bool {

@@ -164,7 +164,8 @@ pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
 
 /// Decides between sets. `present` is a set that each must contain. `least` is the sum that a set must lead those by that it
 /// is more than, `far` that by which it must lead those of another kind: more where nothing explains the data. What is left where
-/// a part of a set `suffices` is given no name, however well the set predicts it.
+/// a part of a set `suffices` is given no name, however well the set predicts it; nor does a richer kind speak against a simpler one
+/// that leaves no more than what is `unknown`.
 pub(super) fn judge(
     constants: &Constants,
     sets: &[Hypothesis],
@@ -172,6 +173,7 @@ pub(super) fn judge(
     present: &[usize],
     (least, far): (f64, f64),
     suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
+    unknown: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
 ) -> Ruling {
     let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
     let stands = |k: usize| {
@@ -212,6 +214,7 @@ pub(super) fn judge(
             // That a sensor's zero is free in each record is no part of it that data bear or not.
             && !kind.forms.iter().any(|k| own(k) && forms[*k].is_offset())
             && kind.sum() > sets[first].sum()
+            && !unknown(&sets[first], kind)
     });
     let mut near: Vec<usize> = rivals.chain(richer).collect();
     // Of those that cannot be told apart the one with the fewest parameters that stands is shown, of these the commonest. Where all

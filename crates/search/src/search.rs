@@ -372,8 +372,13 @@ impl Search {
             part.fitted.level == WHOLE
                 && base.as_ref().is_some_and(|base| !self.matters_beyond(noise(), base, &part.fitted))
         };
+        // What a richer kind explains may be what an input that is rough from sample to sample does between them.
+        let unknown = |simple: &Hypothesis, richer: &Hypothesis| {
+            let (left, less) = (simple.fitted.error(), richer.fitted.error());
+            data.hides_between_samples(&simple.fitted, (left * left - less * less).max(0.0).sqrt(), cancel)
+        };
         loop {
-            tried.ruling = judge(constants, &tried.sets, &tried.forms, present, (least, far), &suffices);
+            tried.ruling = judge(constants, &tried.sets, &tried.forms, present, (least, far), &suffices, &unknown);
             let told = tried.told();
             if !self.ask(tried, told.into_iter(), cancel) || cancel.is_cancelled() {
                 break;

@@ -322,7 +322,7 @@ fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_
     let friction = [place("coulomb_friction")];
     let sets = [set(&[], 0.0), set(&friction, 10.0), set(&both, 20.0)];
     let winner = |present: &[usize], suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool| {
-        judge(&Constants::DEFAULT, &sets, &forms, present, (5.0, 5.0), suffices).winner
+        judge(&Constants::DEFAULT, &sets, &forms, present, (5.0, 5.0), suffices, &|_, _| false).winner
     };
     assert_eq!(winner(&[], &|_, _| false), Some(2));
     assert_eq!(winner(&[], &|part, _| part.forms == friction), Some(1));
