@@ -148,13 +148,12 @@ fn together<const N: usize, const W: usize>(
             for part in 0..parts {
                 pack.step(&mut runners, k, part);
             }
-            let mut needed = Some(0);
-            for (place, Runner { machine, course, response, .. }) in underway(&mut runners) {
+            let mut stiffer = false;
+            for (_, Runner { machine, course, response, .. }) in underway(&mut runners) {
                 machine.arrive(course, response);
-                let own = machine.needs_level(course, &levels[if abreast { 0 } else { place }]);
-                needed = needed.zip(own).map(|(a, b)| a.max(b));
+                stiffer |= machine.is_stiffness_new();
             }
-            if needed != Some(level) {
+            if stiffer {
                 runners.iter_mut().for_each(|r| r.course.length = FIRST_INTERVALS);
                 break;
             }

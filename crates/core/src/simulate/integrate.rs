@@ -165,33 +165,34 @@ impl<const N: usize> Course<N> {
     }
 }
 
+/// The level that did with some signs.
+#[derive(Clone, Copy, Debug)]
+struct KnownLevel {
+    signs: u64,
+    level: usize,
+    /// The sample at which it was found to do.
+    found: usize,
+    /// The sample from which a coarser one is asked for.
+    until: usize,
+}
+
 /// The levels that were chosen, for the signs that stand in products: they make equations stiffer or less stiff again and again.
 #[derive(Debug, Default)]
 pub(super) struct KnownLevels {
-    /// Signs, level, and the sample from which it is chosen anew; the newest first.
-    entries: [Option<(u64, usize, usize)>; 8],
+    /// The newest first.
+    entries: [Option<KnownLevel>; 8],
 }
 
 impl KnownLevels {
-    fn entry(&self, pattern: u64) -> Option<(u64, usize, usize)> {
-        self.entries.iter().flatten().copied().find(|(signs, ..)| *signs == pattern)
+    fn entry(&self, signs: u64) -> Option<KnownLevel> {
+        self.entries.iter().flatten().copied().find(|entry| entry.signs == signs)
     }
 
-    /// The level that is known to do at a sample.
-    fn at(&self, pattern: u64, sample: usize) -> Option<usize> {
-        self.entry(pattern).filter(|(.., until)| sample < *until).map(|(_, level, _)| level)
-    }
-
-    /// The level that did at last.
-    fn last(&self, pattern: u64) -> Option<usize> {
-        self.entry(pattern).map(|(_, level, _)| level)
-    }
-
-    fn keep(&mut self, pattern: u64, level: usize, until: usize) {
-        let place = self.entries.iter().position(|e| e.is_none_or(|(signs, ..)| signs == pattern));
+    fn keep(&mut self, entry: KnownLevel) {
+        let place = self.entries.iter().position(|e| e.is_none_or(|e| e.signs == entry.signs));
         let last = place.unwrap_or(self.entries.len() - 1);
         self.entries[..=last].rotate_right(1);
-        self.entries[0] = Some((pattern, level, until));
+        self.entries[0] = Some(entry);
     }
 }
 
@@ -221,6 +222,8 @@ pub(super) struct Machine<'a, const N: usize> {
     pub(super) changes: usize,
     /// A sign that stands in products has changed: the equations may have become stiffer.
     pub(super) stiffness_changed: bool,
+    /// The signs with which the level was last asked for.
+    checked: Option<u64>,
 }
 
 impl<'a, const N: usize> Machine<'a, N> {
@@ -258,6 +261,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             shortfall: [0.0; N],
             changes: MAX_CHANGES,
             stiffness_changed: false,
+            checked: None,
         }
     }
 
@@ -278,7 +282,10 @@ impl<'a, const N: usize> Machine<'a, N> {
                     self.step(&self.substep(course.sample, k, part), response);
                 }
                 self.arrive(&mut course, response);
-                if !course.is_on_its_way() || self.needs_level(&course, &levels) != Some(self.level) {
+                if !course.is_on_its_way() {
+                    break;
+                }
+                if self.is_stiffness_new() {
                     course.length = FIRST_INTERVALS;
                     break;
                 }
@@ -384,25 +391,36 @@ impl<'a, const N: usize> Machine<'a, N> {
         }
     }
 
-    /// The level that the next interval needs, as far as it is known: another one where a sign that stands in products has changed
-    /// in the last one, which may have made the equations stiffer.
-    pub(super) fn needs_level(&mut self, course: &Course<N>, levels: &KnownLevels) -> Option<usize> {
-        match std::mem::take(&mut self.stiffness_changed) {
-            true => levels.at(self.pattern(), course.sample),
-            false => Some(self.level),
-        }
+    /// True if a sign that stands in products has changed in the last interval, which may have made the equations stiffer.
+    pub(super) fn is_stiffness_new(&mut self) -> bool {
+        std::mem::take(&mut self.stiffness_changed)
     }
 
-    /// The level that a run's next intervals need: as it was found with the same signs a while ago, else chosen anew.
+    /// The level that a run's next intervals need. Where signs change it is at least what did with the same signs before; whether a
+    /// coarser one does is asked now and then.
     pub(super) fn level_at(&mut self, sample: usize, tolerance: f64, levels: &mut KnownLevels) -> usize {
         self.stiffness_changed = false;
         let pattern = self.pattern();
-        if let Some(level) = levels.at(pattern, sample) {
-            return level;
+        let entered = self.checked != Some(pattern);
+        self.checked = Some(pattern);
+        let known = levels.entry(pattern);
+        let Some(entry) = known.filter(|entry| sample < entry.until) else {
+            self.level = known.map_or(self.level, |entry| entry.level);
+            self.choose_level(sample, tolerance, true);
+            levels.keep(KnownLevel {
+                signs: pattern,
+                level: self.level,
+                found: sample,
+                until: sample + SAMPLES_PER_CHECK,
+            });
+            return self.level;
+        };
+        self.level = entry.level;
+        // A run abreast may have asked a moment ago.
+        if entered && sample > entry.found + FIRST_INTERVALS {
+            self.choose_level(sample, tolerance, false);
+            levels.keep(KnownLevel { level: self.level, found: sample, ..entry });
         }
-        self.level = levels.last(pattern).unwrap_or(self.level);
-        self.choose_level(sample, tolerance);
-        levels.keep(pattern, self.level, sample + SAMPLES_PER_CHECK);
         self.level
     }
 
@@ -606,7 +624,7 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     /// Compares one interval at this level, the next finer and the next coarser, signs held, and moves to the level that
     /// keeps the tolerance.
-    fn choose_level(&mut self, sample: usize, tolerance: f64) {
+    fn choose_level(&mut self, sample: usize, tolerance: f64, coarser: bool) {
         let start = self.x;
         let mut present = self.interval(self.level, sample, &start);
         self.widen_scale(0);
@@ -628,7 +646,7 @@ impl<'a, const N: usize> Machine<'a, N> {
             }
             return;
         }
-        while self.level > self.floor {
+        while coarser && self.level > self.floor {
             let coarser = self.interval(self.level - 1, sample, &start);
             let difference = self.difference(&coarser, &present);
             self.calm = if difference <= 0.25 * tolerance { self.calm + 1 } else { 0 };

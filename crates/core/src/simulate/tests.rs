@@ -456,6 +456,29 @@ fn memory_may_serve_one_simulator_after_the_other() {
 }
 
 #[test]
+fn contacts_that_are_touched_again_and_again_keep_the_tolerance() {
+    // Two masses that rub on the ground and on each other, the second between stops; it holds more than it pulls.
+    let base = sampled(0.004, 1500, |t| 0.004 * (11.0 * t).sin() + 0.002 * (23.0 * t).cos());
+    let grid = InputGrid::new(0.0, 0.004, base.len(), &[&base], None);
+    let first =
+        [("x1-u", -900.0), ("v1", -0.8), ("x1-x2", -300.0), ("sgn(v1)", -0.9), ("sgn(v1-v2)", -0.7), ("x1^3", -2e5)];
+    let other =
+        [("x1-x2", 200.0), ("v2", -0.3), ("sgn(v1-v2)", 0.45), ("dz(x2,0.004)", -6000.0), ("max(x2-0.006,0)", -2e4)];
+    let mut model = Model::second_order(1, vec![equation(&first), equation(&other)]);
+    model.static_ratio = 1.25;
+    let simulator = Simulator::new(&model).unwrap();
+    let run = |tolerance: f64| {
+        let limits = Limits { tolerance, ..Limits::default() };
+        simulator.run(&grid, &[0.003, -0.002, 0.0, 0.0], 0..grid.len(), &limits).states.swap_remove(1)
+    };
+    let exact = run(1e-12);
+    let size = exact.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    // Errors of many intervals add up, and the contact makes them grow.
+    let apart = worst(&run(1e-9), &exact) / size;
+    assert!(apart < 1e-6, "{apart:e}");
+}
+
+#[test]
 fn runs_side_by_side_are_those_that_each_would_be_alone() {
     let push = sampled(0.02, 700, |t| 1.2 * (1.3 * t).sin() + 0.5 * (2.9 * t).cos());
     let grid = InputGrid::new(0.0, 0.02, push.len(), &[&push], None);
