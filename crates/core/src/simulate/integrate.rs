@@ -267,13 +267,16 @@ impl<'a, const N: usize> Machine<'a, N> {
 
     pub(super) fn run(&mut self, initial: &[f64], samples: Range<usize>, limits: &Limits<'_>, response: &mut Response) {
         let Some(mut course) = self.set_out(initial, samples, limits, response) else { return };
-        let mut levels = KnownLevels::default();
+        let mut next_check = course.sample;
         while course.is_on_its_way() {
             if (limits.cancelled)() {
                 response.cancelled = true;
                 break;
             }
-            self.level = self.level_at(course.sample, limits.tolerance, &mut levels);
+            if course.sample >= next_check {
+                self.choose_level(course.sample, limits.tolerance, true);
+                next_check = course.sample + SAMPLES_PER_CHECK;
+            }
             let count = self.most(&course);
             self.prepare(&mut course, count, None);
             for k in 0..count {
@@ -286,7 +289,7 @@ impl<'a, const N: usize> Machine<'a, N> {
                     break;
                 }
                 if self.is_stiffness_new() {
-                    course.length = FIRST_INTERVALS;
+                    (next_check, course.length) = (course.sample, FIRST_INTERVALS);
                     break;
                 }
             }
