@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sindyscope_core::simulate::{
-    InputGrid, Limits, Output, Response, SIDE_BY_SIDE, Simulator, Task, Workspace, Workspaces, fit_initial_state,
+    InputGrid, Limits, Output, Response, RunTask, SIDE_BY_SIDE, Simulator, Workspace, Workspaces, fit_initial_state,
     run_beside,
 };
 use sindyscope_values::model::{Equation, Model};
@@ -48,7 +48,7 @@ fn simulate(c: &mut Criterion) {
     let (mut workspaces, mut responses) = (Workspaces::default(), vec![Response::default(); SIDE_BY_SIDE]);
     let slid = friction(0.0856);
     for (name, simulator, grid) in [("friction", &slid, &grid), ("Duffing", &duffing, &forced)] {
-        let task = Task { simulator, grid, initial: &[0.0, 0.0], samples: 0..grid.len(), limits };
+        let task = RunTask { simulator, grid, initial: &[0.0, 0.0], samples: 0..grid.len(), limits };
         let tasks = vec![task; simulator.side_by_side()];
         c.bench_function(&format!("{name}, {} runs side by side", tasks.len()), |b| {
             b.iter(|| run_beside(black_box(&tasks), true, &mut workspaces, &mut responses));

@@ -60,11 +60,11 @@ impl Tried {
         set
     }
 
-    /// The winner's effects that some rival does not have.
-    fn disputed(&self) -> Vec<Choice> {
+    /// The winner's effects of which some rival has none alike.
+    pub(super) fn disputed(&self, alike: impl Fn(&Choice, &Choice) -> bool) -> Vec<Choice> {
         let rivals: Vec<Vec<Choice>> = self.ruling.rivals.iter().map(|k| self.choices(&self.sets[*k])).collect();
         let own = self.winner().map(|winner| self.choices(winner)).unwrap_or_default();
-        own.into_iter().filter(|c| rivals.iter().any(|rival| !rival.contains(c))).collect()
+        own.into_iter().filter(|c| rivals.iter().any(|rival| !rival.iter().any(|r| alike(r, c)))).collect()
     }
 
     /// Where a set stands among those tried.
@@ -367,8 +367,8 @@ impl Search {
         self.ask(tried, exchanged.into_iter(), cancel);
         let tried = &*tried;
         let Some(winner) = tried.winner() else { return Ok((rounds, stages)) };
-        let disputed = tried.disputed();
-        let order = self.passable(self.order_of(tried, winner, &disputed, cancel), cancel)?;
+        let disputed = tried.disputed(|rival, own| rival == own);
+        let order = self.passable(self.order_of(tried, winner, cancel), cancel)?;
         // Rivals are told where the last effect that they dispute is.
         let told = order.iter().rposition(|c| disputed.contains(c)).unwrap_or(order.len().saturating_sub(1));
         for k in 0..order.len() {
@@ -409,15 +409,13 @@ impl Search {
 
     /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any, but for those that are
     /// in doubt of their place alone.
-    fn order_of(&self, tried: &Tried, set: &Hypothesis, disputed: &[Choice], cancel: &Cancel) -> Vec<Choice> {
-        let rivals: Vec<Vec<Choice>> = tried.ruling.rivals.iter().map(|k| tried.choices(&tried.sets[*k])).collect();
-        let of_kind = |rival: &[Choice], c: &Choice| rival.iter().any(|other| other.effect == c.effect);
+    fn order_of(&self, tried: &Tried, set: &Hypothesis, cancel: &Cancel) -> Vec<Choice> {
+        let in_doubt = tried.disputed(|rival, own| rival.effect == own.effect);
         let mut left = tried.choices(set);
         let mut order = Vec::new();
         while !left.is_empty() {
-            let in_doubt = |c: &&Choice| disputed.contains(c) && rivals.iter().any(|rival| !of_kind(rival, c));
-            let doubted: Vec<Choice> = left.iter().filter(in_doubt).cloned().collect();
-            let among = if doubted.is_empty() { left.clone() } else { doubted };
+            let disputed: Vec<Choice> = left.iter().filter(|c| in_doubt.contains(c)).cloned().collect();
+            let among = if disputed.is_empty() { left.clone() } else { disputed };
             let without = |c: &Choice| -> f64 {
                 let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
                 self.known(&rest).map_or(f64::INFINITY, |f| self.asked(&f, cancel).held_out_error())

@@ -1,8 +1,9 @@
 use super::effects::{EffectSetting, Frame, catalogue};
-use super::judge::{Hypothesis, judge};
+use super::judge::{Hypothesis, Ruling, judge};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
 use super::parameters::Parameters;
+use super::ruling::Tried;
 use super::site::{Placed, Site};
 use super::structure::Composition;
 use super::{Ask, Constants, Search};
@@ -303,24 +304,27 @@ fn a_free_motion_counts_until_it_has_come_to_rest() {
     assert!((fitted - short).abs() < 0.01, "{fitted} s");
 }
 
-#[test]
-fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_not_named() {
+/// Sets of effects with one fit, each with as many nats in every one of ten blocks.
+fn sets_of_one_fit(sets: &[(&[usize], f64)]) -> Vec<Hypothesis> {
     let options = ScenarioOptions { duration: Some(5.0), ..ScenarioOptions::default() };
     let records = RecordSet::new(generate("friction-decay", &options).unwrap().records, Usage::Fit);
     let search = Search::new(&records, &Ask::default()).unwrap();
     let fitted = search.fitted(&[], &Cancel::default()).unwrap();
+    let set = |(forms, nats): &(&[usize], f64)| {
+        let mut forms = forms.to_vec();
+        forms.sort_unstable();
+        Hypothesis { forms, fitted: fitted.clone(), blocks: vec![*nats; 10], unborne: None }
+    };
+    sets.iter().map(set).collect()
+}
+
+#[test]
+fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_not_named() {
     let forms = catalogue(&setting(1, false));
     let place = |effect: &str| forms.iter().position(|f| f.effect == effect).unwrap();
-    let mut both = vec![place("coulomb_friction"), place("cubic_damping")];
-    both.sort_unstable();
-    let set = |forms: &[usize], nats: f64| Hypothesis {
-        forms: forms.to_vec(),
-        fitted: fitted.clone(),
-        blocks: vec![nats; 10],
-        unborne: None,
-    };
     let friction = [place("coulomb_friction")];
-    let sets = [set(&[], 0.0), set(&friction, 10.0), set(&both, 20.0)];
+    let both = [friction[0], place("cubic_damping")];
+    let sets = sets_of_one_fit(&[(&[], 0.0), (&friction, 10.0), (&both, 20.0)]);
     let winner = |present: &[usize], suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool| {
         judge(&Constants::DEFAULT, &sets, &forms, present, (5.0, 5.0), suffices, &|_, _| false).winner
     };
@@ -329,4 +333,30 @@ fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_
     // What is there already, and no effect at all, are no parts that could suffice.
     assert_eq!(winner(&friction, &|_, _| true), Some(2));
     assert_eq!(winner(&[], &|part, _| part.forms.is_empty()), Some(2));
+}
+
+#[test]
+fn a_richer_kind_is_a_rival_unless_what_it_explains_is_unknown() {
+    let forms = catalogue(&setting(1, false));
+    let place = |effect: &str| forms.iter().position(|f| f.effect == effect).unwrap();
+    // It predicts better, and not by enough.
+    let sets =
+        sets_of_one_fit(&[(&[], 0.0), (&[place("coulomb_friction")], 10.0), (&[place("static_friction")], 10.1)]);
+    let ruling =
+        |unknown: bool| judge(&Constants::DEFAULT, &sets, &forms, &[], (5.0, 5.0), &|_, _| false, &|_, _| unknown);
+    assert_eq!((ruling(false).winner, ruling(false).rivals), (Some(1), vec![2]));
+    assert_eq!((ruling(true).winner, ruling(true).rivals), (Some(1), Vec::new()));
+}
+
+#[test]
+fn an_effect_that_a_rival_has_elsewhere_is_in_doubt_of_its_place_alone() {
+    let forms = catalogue(&setting(1, true));
+    let places: Vec<usize> = (0..forms.len()).filter(|k| forms[*k].effect == "coulomb_friction").collect();
+    let cubic = forms.iter().position(|f| f.effect == "cubic_stiffness").unwrap();
+    let sets = sets_of_one_fit(&[(&[places[0], cubic], 10.0), (&[places[1], cubic], 10.0)]);
+    let ruling = Ruling { winner: Some(0), rivals: vec![1] };
+    let tried = Tried { forms, sets, ruling, ..Tried::default() };
+    let disputed: Vec<String> = tried.disputed(|rival, own| rival == own).into_iter().map(|c| c.effect).collect();
+    assert_eq!(disputed, ["coulomb_friction"]);
+    assert!(tried.disputed(|rival, own| rival.effect == own.effect).is_empty());
 }

@@ -11,7 +11,7 @@ use super::arrow::{Arrow, Correction};
 use super::{FitOptions, Instance, Point, Refined, Run, SensorReading, Structure};
 use crate::signal::dot;
 use crate::simulate::{
-    Delays, InputGrid, Limits, Output, Response, SIDE_BY_SIDE, Simulator, Task, Workspaces, later, run_beside,
+    Delays, InputGrid, Limits, Output, Response, RunTask, SIDE_BY_SIDE, Simulator, Workspaces, later, run_beside,
 };
 
 /// Steps before a fit is held against the best of its rivals.
@@ -151,7 +151,7 @@ struct Scratch {
 
 /// A run of a model to be simulated.
 #[derive(Clone, Copy)]
-struct Wanted<'a> {
+struct PreparedRun<'a> {
     ready: &'a PreparedStructure,
     run: usize,
     own: &'a [f64],
@@ -236,20 +236,20 @@ impl<'a> Fitter<'a> {
 
     /// Simulates some runs, [`SIDE_BY_SIDE`] at most, what the sensors show of each into `out`; those whose response does not last are
     /// left empty.
-    fn simulate(&self, wanted: &[Wanted<'_>], offsets: &[f64], scratch: &mut Scratch, out: &mut [Vec<f64>]) {
+    fn simulate(&self, wanted: &[PreparedRun<'_>], offsets: &[f64], scratch: &mut Scratch, out: &mut [Vec<f64>]) {
         let Scratch { workspaces, responses, moved } = scratch;
-        let initial = |Wanted { ready, run, own }: &Wanted<'_>| -> Vec<f64> {
+        let initial = |PreparedRun { ready, run, own }: &PreparedRun<'_>| -> Vec<f64> {
             let run = &self.runs[*run];
             let driven = ready.driven.get(run.record).into_iter().flatten().map(|z| z[run.range.start]);
             own.iter().copied().chain(driven).collect()
         };
         let initial: Vec<Vec<f64>> = wanted.iter().map(initial).collect();
-        let tasks: Vec<Task<'_>> = wanted
+        let tasks: Vec<RunTask<'_>> = wanted
             .iter()
             .zip(&initial)
-            .map(|(Wanted { ready, run, .. }, initial)| {
+            .map(|(PreparedRun { ready, run, .. }, initial)| {
                 let run = &self.runs[*run];
-                Task {
+                RunTask {
                     simulator: &ready.simulator,
                     grid: ready.delayed.get(run.record).and_then(Option::as_deref).unwrap_or(&run.grid),
                     initial,
@@ -265,7 +265,7 @@ impl<'a> Fitter<'a> {
             .collect();
         let abreast = wanted.iter().all(|other| other.run == wanted[0].run);
         run_beside(&tasks, abreast, workspaces, responses);
-        for ((Wanted { ready, run, .. }, response), out) in wanted.iter().zip(responses).zip(out) {
+        for ((PreparedRun { ready, run, .. }, response), out) in wanted.iter().zip(responses).zip(out) {
             self.spent.fetch_add(response.steps + STEPS_PER_SWITCH * response.switches, Ordering::Relaxed);
             self.show(&ready.instance, &self.runs[*run], offsets, response, moved, out);
         }
@@ -318,8 +318,9 @@ impl<'a> Fitter<'a> {
             .with_min_len(2)
             .map_init(Scratch::default, |scratch, (chunk, out)| {
                 let first = chunk * together;
-                let wanted: Vec<Wanted<'_>> =
-                    (first..first + out.len()).map(|run| Wanted { ready: &ready, run, own: &point.own[run] }).collect();
+                let wanted: Vec<PreparedRun<'_>> = (first..first + out.len())
+                    .map(|run| PreparedRun { ready: &ready, run, own: &point.own[run] })
+                    .collect();
                 self.simulate(&wanted, &point.offsets, scratch, out);
                 self.runs[first..].iter().zip(&*out).map(|(run, shown)| left(run, shown)).sum::<Option<f64>>()
             })
@@ -343,7 +344,7 @@ impl<'a> Fitter<'a> {
             .into_par_iter()
             .map_init(Scratch::default, |scratch, r| {
                 self.simulate(
-                    &[Wanted { ready, run: r, own: &point.own[r] }],
+                    &[PreparedRun { ready, run: r, own: &point.own[r] }],
                     &point.offsets,
                     scratch,
                     &mut [Vec::new()],
@@ -417,22 +418,26 @@ impl<'a> Fitter<'a> {
 
     /// The slopes of responses by what was moved by a step, one column each; none where a response does not last. All that is moved
     /// of a run goes side by side with the run as it is, in the same steps: what those miss is no part of a difference.
-    fn slopes(&self, wanted: &[(Wanted<'_>, f64)], present: (&PreparedStructure, &Point)) -> Vec<Option<Vec<f64>>> {
+    fn slopes(
+        &self,
+        wanted: &[(PreparedRun<'_>, f64)],
+        present: (&PreparedStructure, &Point),
+    ) -> Vec<Option<Vec<f64>>> {
         let (ready, point) = present;
         let count = ready.simulator.side_by_side() - 1;
-        let together: Vec<&[(Wanted<'_>, f64)]> =
+        let together: Vec<&[(PreparedRun<'_>, f64)]> =
             wanted.chunk_by(|(a, _), (b, _)| a.run == b.run).flat_map(|run| run.chunks(count)).collect();
         let slopes = together.par_iter().map_init(Scratch::default, |scratch, together| {
             let run = together[0].0.run;
-            let as_it_is = Wanted { ready, run, own: &point.own[run] };
-            let runs: Vec<Wanted<'_>> =
+            let as_it_is = PreparedRun { ready, run, own: &point.own[run] };
+            let runs: Vec<PreparedRun<'_>> =
                 std::iter::once(as_it_is).chain(together.iter().map(|(wanted, _)| *wanted)).collect();
             let mut shown = vec![Vec::new(); runs.len()];
             self.simulate(&runs, &point.offsets, scratch, &mut shown);
             let mut columns = shown.into_iter().zip(&scratch.responses);
             let Some((before, response)) = columns.next() else { return Vec::new() };
             let before = ResponseBefore { simulated: &before, sides: &response.sides };
-            let slope = |((mut column, response), (_, step)): ((Vec<f64>, &Response), &(Wanted<'_>, f64))| {
+            let slope = |((mut column, response), (_, step)): ((Vec<f64>, &Response), &(PreparedRun<'_>, f64))| {
                 if column.is_empty() || before.simulated.is_empty() {
                     return None;
                 }
@@ -459,11 +464,11 @@ impl<'a> Fitter<'a> {
             (0..shared).into_par_iter().map(|j| self.moved(point, j, nudge * scales[j])).collect();
         let own: Vec<Vec<(Vec<f64>, f64)>> =
             runs.clone().map(|run| self.moved_own(run, &point.own[run], nudge)).collect();
-        let mut wanted: Vec<(Wanted<'_>, f64)> = Vec::new();
+        let mut wanted: Vec<(PreparedRun<'_>, f64)> = Vec::new();
         for run in runs.clone() {
             let shared = forward.iter().flatten();
-            wanted.extend(shared.map(|(ready, step)| (Wanted { ready, run, own: &point.own[run] }, *step)));
-            wanted.extend(own[run].iter().map(|(own, step)| (Wanted { ready: &ready, run, own }, *step)));
+            wanted.extend(shared.map(|(ready, step)| (PreparedRun { ready, run, own: &point.own[run] }, *step)));
+            wanted.extend(own[run].iter().map(|(own, step)| (PreparedRun { ready: &ready, run, own }, *step)));
         }
         let mut slopes = self.slopes(&wanted, (&ready, point)).into_iter();
         let mut by_shared = vec![Vec::new(); shared];
@@ -477,8 +482,8 @@ impl<'a> Fitter<'a> {
         // Forward, else backward where the forward point is out of bounds or its simulation does not last.
         let backward = |j: usize, step: f64| -> Option<Vec<Vec<f64>>> {
             let (moved, step) = self.moved(point, j, step)?;
-            let of_run = |run: usize| (Wanted { ready: &moved, run, own: &point.own[run] }, step);
-            let wanted: Vec<(Wanted<'_>, f64)> = runs.clone().map(of_run).collect();
+            let of_run = |run: usize| (PreparedRun { ready: &moved, run, own: &point.own[run] }, step);
+            let wanted: Vec<(PreparedRun<'_>, f64)> = runs.clone().map(of_run).collect();
             self.slopes(&wanted, (&ready, point)).into_iter().collect()
         };
         let rows: usize = simulated.iter().map(Vec::len).sum();

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::grid::InputGrid;
-use super::integrate::{Course, FIRST_INTERVALS, KnownLevels, Machine};
+use super::integrate::{FIRST_INTERVALS, KnownLevels, Machine, RunProgress};
 use super::{Limits, Response, Simulator, Workspace};
 use sindyscope_values::term::LANES;
 
@@ -20,7 +20,7 @@ const MOST_STATES: usize = 8;
 
 /// One of several runs.
 #[derive(Clone)]
-pub struct Task<'a> {
+pub struct RunTask<'a> {
     /// The model.
     pub simulator: &'a Simulator,
     /// Its inputs.
@@ -33,7 +33,7 @@ pub struct Task<'a> {
     pub limits: Limits<'a>,
 }
 
-impl Task<'_> {
+impl RunTask<'_> {
     /// True if two runs can take the same steps.
     fn is_like(&self, other: &Self) -> bool {
         let (a, b) = (&self.simulator.equations, &other.simulator.equations);
@@ -69,12 +69,12 @@ pub struct Workspaces {
 /// Runs some tasks, each response as [`Simulator::run_into`] gives it: side by side where there are no more than [`SIDE_BY_SIDE`]
 /// and they are alike, else one after the other. Those that are `abreast` are one run whose numbers are moved a little, and take
 /// the steps that the first of them needs.
-pub fn run_beside(tasks: &[Task<'_>], abreast: bool, workspaces: &mut Workspaces, responses: &mut [Response]) {
+pub fn run_beside(tasks: &[RunTask<'_>], abreast: bool, workspaces: &mut Workspaces, responses: &mut [Response]) {
     let alike = tasks.len() <= SIDE_BY_SIDE && tasks.len() > 1 && tasks[1..].iter().all(|task| tasks[0].is_like(task));
     let needed = if alike { tasks.len() } else { 1 };
     workspaces.each.resize_with(workspaces.each.len().max(needed), Workspace::default);
     if !alike {
-        for (Task { simulator, grid, initial, samples, limits }, response) in tasks.iter().zip(responses) {
+        for (RunTask { simulator, grid, initial, samples, limits }, response) in tasks.iter().zip(responses) {
             simulator.run_into(grid, initial, samples.clone(), limits, &mut workspaces.each[0], response);
         }
         return;
@@ -93,35 +93,35 @@ pub fn run_beside(tasks: &[Task<'_>], abreast: bool, workspaces: &mut Workspaces
 /// A run on its way.
 struct Runner<'a, 'r, const N: usize> {
     machine: Machine<'a, N>,
-    course: Course<N>,
+    progress: RunProgress<N>,
     response: &'r mut Response,
     limits: Limits<'a>,
 }
 
 impl<const N: usize> Runner<'_, '_, N> {
     fn is_on_its_way(&self) -> bool {
-        self.course.is_on_its_way()
+        self.progress.is_on_its_way()
     }
 
     /// One step by itself.
     fn step(&mut self, k: usize, part: usize) {
-        let span = self.machine.substep(self.course.sample, k, part);
+        let span = self.machine.substep(self.progress.sample, k, part);
         self.machine.step(&span, self.response);
     }
 }
 
 fn together<const N: usize, const W: usize>(
-    (tasks, abreast): (&[Task<'_>], bool),
+    (tasks, abreast): (&[RunTask<'_>], bool),
     (each, rest): (&mut [Workspace], &mut Vec<[f64; W]>),
     responses: &mut [Response],
 ) {
     let mut runners: Vec<Runner<'_, '_, N>> = Vec::with_capacity(tasks.len());
     for ((task, workspace), response) in tasks.iter().zip(each).zip(responses) {
-        let Task { simulator, grid, initial, samples, limits } = task;
+        let RunTask { simulator, grid, initial, samples, limits } = task;
         response.clear(simulator.equations.states, samples.len(), limits.rates);
         let mut machine = Machine::new(&simulator.equations, grid, workspace);
-        if let Some(course) = machine.set_out(initial, samples.clone(), limits, response) {
-            runners.push(Runner { machine, course, response, limits: *limits });
+        if let Some(progress) = machine.set_out(initial, samples.clone(), limits, response) {
+            runners.push(Runner { machine, progress, response, limits: *limits });
         }
     }
     let mut pack = Pack::new(&runners, rest);
@@ -132,35 +132,35 @@ fn together<const N: usize, const W: usize>(
             break;
         }
         let mut level = 0;
-        for (place, Runner { machine, course, limits, .. }) in underway(&mut runners) {
+        for (place, Runner { machine, progress, limits, .. }) in underway(&mut runners) {
             let levels = &mut levels[if abreast { 0 } else { place }];
-            level = level.max(machine.level_at(course.sample, limits.tolerance, levels));
+            level = level.max(machine.level_at(progress.sample, limits.tolerance, levels));
         }
         runners.iter_mut().for_each(|r| r.machine.level = level);
-        let most = runners.iter().filter(|r| r.is_on_its_way()).map(|r| r.machine.most(&r.course));
+        let most = runners.iter().filter(|r| r.is_on_its_way()).map(|r| r.machine.most(&r.progress));
         let count = most.min().unwrap_or(1);
         prepare(&mut runners, count, abreast);
         let (_, parts) = runners[0].machine.division();
         for k in 0..count {
-            for (_, Runner { machine, course, .. }) in underway(&mut runners) {
-                machine.depart(course);
+            for (_, Runner { machine, progress, .. }) in underway(&mut runners) {
+                machine.depart(progress);
             }
             for part in 0..parts {
                 pack.step(&mut runners, k, part);
             }
             let mut stiffer = false;
-            for (_, Runner { machine, course, response, .. }) in underway(&mut runners) {
-                machine.arrive(course, response);
+            for (_, Runner { machine, progress, response, .. }) in underway(&mut runners) {
+                machine.arrive(progress, response);
                 stiffer |= machine.is_stiffness_new();
             }
             if stiffer {
-                runners.iter_mut().for_each(|r| r.course.length = FIRST_INTERVALS);
+                runners.iter_mut().for_each(|r| r.progress.length = FIRST_INTERVALS);
                 break;
             }
         }
     }
-    for Runner { machine, course, response, limits } in &mut runners {
-        machine.end(course, limits, response);
+    for Runner { machine, progress, response, limits } in &mut runners {
+        machine.end(progress, limits, response);
     }
 }
 
@@ -168,10 +168,10 @@ fn together<const N: usize, const W: usize>(
 fn prepare<const N: usize>(runners: &mut [Runner<'_, '_, N>], count: usize, abreast: bool) {
     let mut runners = underway(runners);
     let Some((_, first)) = runners.next() else { return };
-    first.machine.prepare(&mut first.course, count, None);
-    for (_, Runner { machine, course, .. }) in runners {
+    first.machine.prepare(&mut first.progress, count, None);
+    for (_, Runner { machine, progress, .. }) in runners {
         let same = abreast && std::ptr::eq(machine.grid, first.machine.grid);
-        machine.prepare(course, count, same.then_some(&first.machine));
+        machine.prepare(progress, count, same.then_some(&first.machine));
     }
 }
 
@@ -233,7 +233,7 @@ impl<'w, const N: usize, const W: usize> Pack<'w, N, W> {
         }
         for (place, runner) in runners.iter_mut().enumerate().filter(|(_, r)| r.is_on_its_way()) {
             if alongside > 1 && sources[place] == place && goes_along(runner) {
-                let span = runner.machine.substep(runner.course.sample, k, part);
+                let span = runner.machine.substep(runner.progress.sample, k, part);
                 let switches = runner.response.switches;
                 runner.machine.finish(ends.map(|v| v[place]), rates.map(|v| v[place]), &span, runner.response);
                 if runner.response.switches == switches {

@@ -30,7 +30,7 @@ impl RungeKutta {
     /// The state after a step of a length, s, from `x` with its rates `k1`; `lane` is that of the step's first place, `end` that of its
     /// end.
     #[inline]
-    pub(super) fn advance<S: State>(
+    pub(super) fn advance<S: StateVector>(
         self,
         x: &S,
         k1: &S,
@@ -59,12 +59,12 @@ impl RungeKutta {
 }
 
 /// What a step moves: one state vector, or several side by side.
-pub(super) trait State: Copy {
+pub(super) trait StateVector: Copy {
     /// `x + h Σ c k`.
     fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self;
 }
 
-impl<const N: usize> State for [f64; N] {
+impl<const N: usize> StateVector for [f64; N] {
     #[inline]
     fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
         let mut out = [0.0; N];
@@ -79,7 +79,7 @@ impl<const N: usize> State for [f64; N] {
     }
 }
 
-impl<const N: usize, const W: usize> State for [[f64; W]; N] {
+impl<const N: usize, const W: usize> StateVector for [[f64; W]; N] {
     #[inline]
     fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
         let mut out = [[0.0; W]; N];
@@ -145,7 +145,7 @@ pub(super) struct Substep {
 }
 
 /// How far a run is.
-pub(super) struct Course<const N: usize> {
+pub(super) struct RunProgress<const N: usize> {
     pub(super) sample: usize,
     last: usize,
     /// Magnitude of each state beyond which the run ends.
@@ -159,7 +159,7 @@ pub(super) struct Course<const N: usize> {
     followed: usize,
 }
 
-impl<const N: usize> Course<N> {
+impl<const N: usize> RunProgress<N> {
     pub(super) fn is_on_its_way(&self) -> bool {
         self.sample < self.last
     }
@@ -176,7 +176,8 @@ struct KnownLevel {
     until: usize,
 }
 
-/// The levels that were chosen, for the signs that stand in products: they make equations stiffer or less stiff again and again.
+/// The levels that runs side by side were found to need, for the signs that stand in products: these make equations stiffer or less
+/// stiff again and again, for each run at an instant of its own.
 #[derive(Debug, Default)]
 pub(super) struct KnownLevels {
     /// The newest first.
@@ -266,35 +267,36 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     pub(super) fn run(&mut self, initial: &[f64], samples: Range<usize>, limits: &Limits<'_>, response: &mut Response) {
-        let Some(mut course) = self.set_out(initial, samples, limits, response) else { return };
-        let mut next_check = course.sample;
-        while course.is_on_its_way() {
+        let Some(mut progress) = self.set_out(initial, samples, limits, response) else { return };
+        let mut next_check = progress.sample;
+        while progress.is_on_its_way() {
             if (limits.cancelled)() {
                 response.cancelled = true;
                 break;
             }
-            if course.sample >= next_check {
-                self.choose_level(course.sample, limits.tolerance, true);
-                next_check = course.sample + SAMPLES_PER_CHECK;
+            // By itself a run chooses anew at every change of a sign: near a contact that it just grazes, no digit may hang on the past.
+            if progress.sample >= next_check {
+                self.choose_level(progress.sample, limits.tolerance, true);
+                next_check = progress.sample + SAMPLES_PER_CHECK;
             }
-            let count = self.most(&course);
-            self.prepare(&mut course, count, None);
+            let count = self.most(&progress);
+            self.prepare(&mut progress, count, None);
             for k in 0..count {
-                self.depart(&mut course);
+                self.depart(&mut progress);
                 for part in 0..LEVELS[self.level].1 {
-                    self.step(&self.substep(course.sample, k, part), response);
+                    self.step(&self.substep(progress.sample, k, part), response);
                 }
-                self.arrive(&mut course, response);
-                if !course.is_on_its_way() {
+                self.arrive(&mut progress, response);
+                if !progress.is_on_its_way() {
                     break;
                 }
                 if self.is_stiffness_new() {
-                    (next_check, course.length) = (course.sample, FIRST_INTERVALS);
+                    (next_check, progress.length) = (progress.sample, FIRST_INTERVALS);
                     break;
                 }
             }
         }
-        self.end(&course, limits, response);
+        self.end(&progress, limits, response);
     }
 
     /// Begins a run; none where it ends at once.
@@ -304,7 +306,7 @@ impl<'a, const N: usize> Machine<'a, N> {
         samples: Range<usize>,
         limits: &Limits<'_>,
         response: &mut Response,
-    ) -> Option<Course<N>> {
+    ) -> Option<RunProgress<N>> {
         for (x, value) in self.x.iter_mut().zip(&initial[..initial.len().min(self.equations.states)]) {
             *x = *value;
         }
@@ -328,26 +330,26 @@ impl<'a, const N: usize> Machine<'a, N> {
         self.begin(SINGLE_LANE, self.grid.time(sample), response);
         self.store_rates(response);
         let (length, allowance) = (usize::MAX, MAX_CHANGES);
-        Some(Course { sample, last, bounds, length, allowance, before: self.x, followed: allowance })
+        Some(RunProgress { sample, last, bounds, length, allowance, before: self.x, followed: allowance })
     }
 
     /// Sampling intervals that can be prepared at once from where a run is.
-    pub(super) fn most(&self, course: &Course<N>) -> usize {
+    pub(super) fn most(&self, progress: &RunProgress<N>) -> usize {
         let (method, parts) = LEVELS[self.level];
         let stride = parts * method.places().len();
-        (BLOCK_LANES / stride).min(course.last - course.sample).min(course.length).max(1)
+        (BLOCK_LANES / stride).min(progress.last - progress.sample).min(progress.length).max(1)
     }
 
     /// Computes the forcing of so many intervals, and the rates where they begin; what comes from outside is taken over from another run
     /// along the same samples, if there is one.
-    pub(super) fn prepare(&mut self, course: &mut Course<N>, count: usize, beside: Option<&Self>) {
+    pub(super) fn prepare(&mut self, progress: &mut RunProgress<N>, count: usize, beside: Option<&Self>) {
         match beside {
-            Some(other) => self.take_over(other, course.sample, count),
-            None => self.fill(self.level, course.sample, count),
+            Some(other) => self.take_over(other, progress.sample, count),
+            None => self.fill(self.level, progress.sample, count),
         }
         let x = self.x;
         self.rate = self.rates(&x, 0);
-        course.length = course.length.saturating_mul(2);
+        progress.length = progress.length.saturating_mul(2);
     }
 
     /// Method and number of steps by which an interval is covered.
@@ -366,31 +368,32 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     /// Before the steps of an interval.
-    pub(super) fn depart(&mut self, course: &mut Course<N>) {
-        (course.before, course.followed) = (self.x, course.allowance);
-        self.changes = course.allowance;
+    pub(super) fn depart(&mut self, progress: &mut RunProgress<N>) {
+        (progress.before, progress.followed) = (self.x, progress.allowance);
+        self.changes = progress.allowance;
     }
 
     /// After the steps of an interval.
-    pub(super) fn arrive(&mut self, course: &mut Course<N>, response: &mut Response) {
-        course.sample += 1;
+    pub(super) fn arrive(&mut self, progress: &mut RunProgress<N>, response: &mut Response) {
+        progress.sample += 1;
         // A motion that switches without end is followed less and less closely.
         let calm = self.changes == 0;
-        course.allowance = if calm { (course.allowance / 2).max(2) } else { (course.allowance + 1).min(MAX_CHANGES) };
-        if !self.within(&course.bounds) {
-            response.diverged_at = Some(self.grid.time(course.sample));
-            course.last = course.sample;
+        progress.allowance =
+            if calm { (progress.allowance / 2).max(2) } else { (progress.allowance + 1).min(MAX_CHANGES) };
+        if !self.within(&progress.bounds) {
+            response.diverged_at = Some(self.grid.time(progress.sample));
+            progress.last = progress.sample;
             return;
         }
         self.store(response);
         self.store_rates(response);
         response.steps += LEVELS[self.level].1;
-        if self.changes == course.followed && self.rests(&course.before) {
-            for _ in course.sample..course.last {
+        if self.changes == progress.followed && self.rests(&progress.before) {
+            for _ in progress.sample..progress.last {
                 self.store(response);
                 self.store_rates(response);
             }
-            course.sample = course.last;
+            progress.sample = progress.last;
         }
     }
 
@@ -434,8 +437,8 @@ impl<'a, const N: usize> Machine<'a, N> {
     }
 
     /// Ends a run.
-    pub(super) fn end(&mut self, course: &Course<N>, limits: &Limits<'_>, response: &mut Response) {
-        self.end_sticks(self.grid.time(course.sample), response);
+    pub(super) fn end(&mut self, progress: &RunProgress<N>, limits: &Limits<'_>, response: &mut Response) {
+        self.end_sticks(self.grid.time(progress.sample), response);
         let missed = |(error, scale): (&f64, &f64)| *error > limits.tolerance * scale;
         response.coarse = response.diverged_at.is_none() && self.shortfall.iter().zip(&self.scale).any(missed);
     }

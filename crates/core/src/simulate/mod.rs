@@ -26,7 +26,7 @@ mod tests;
 
 use std::ops::Range;
 
-pub use beside::{SIDE_BY_SIDE, Task, Workspaces, run_beside};
+pub use beside::{RunTask, SIDE_BY_SIDE, Workspaces, run_beside};
 pub use delays::Delays;
 pub use grid::InputGrid;
 pub(crate) use grid::later;

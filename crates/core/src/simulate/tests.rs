@@ -4,7 +4,7 @@ use differential_equations::prelude::*;
 use proptest::prelude::*;
 
 use super::{
-    InputGrid, Limits, Output, Response, Simulator, Task, Workspace, Workspaces, fit_initial_state, run_beside,
+    InputGrid, Limits, Output, Response, RunTask, Simulator, Workspace, Workspaces, fit_initial_state, run_beside,
 };
 use sindyscope_values::model::{Equation, Model};
 use sindyscope_values::term::Term;
@@ -456,26 +456,28 @@ fn memory_may_serve_one_simulator_after_the_other() {
 }
 
 #[test]
-fn contacts_that_are_touched_again_and_again_keep_the_tolerance() {
-    // Two masses that rub on the ground and on each other, the second between stops; it holds more than it pulls.
-    let base = sampled(0.004, 1500, |t| 0.004 * (11.0 * t).sin() + 0.002 * (23.0 * t).cos());
-    let grid = InputGrid::new(0.0, 0.004, base.len(), &[&base], None);
-    let first =
-        [("x1-u", -900.0), ("v1", -0.8), ("x1-x2", -300.0), ("sgn(v1)", -0.9), ("sgn(v1-v2)", -0.7), ("x1^3", -2e5)];
-    let other =
-        [("x1-x2", 200.0), ("v2", -0.3), ("sgn(v1-v2)", 0.45), ("dz(x2,0.004)", -6000.0), ("max(x2-0.006,0)", -2e4)];
-    let mut model = Model::second_order(1, vec![equation(&first), equation(&other)]);
-    model.static_ratio = 1.25;
-    let simulator = Simulator::new(&model).unwrap();
-    let run = |tolerance: f64| {
+fn a_contact_that_is_touched_again_and_again_keeps_the_tolerance_side_by_side() {
+    let push = sampled(0.01, 8000, |t| 0.9 * (0.8 * t).sin() + 0.3 * (1.9 * t).cos());
+    let grid = InputGrid::new(0.0, 0.01, push.len(), &[&push], None);
+    let model = |stop: f64| second(1, &[&[("x", -1.0), ("v", -0.3), ("max(x - 0.5, 0)", -stop), ("u", 1.0)]]);
+    let each = [400.0, 400.01, 400.02].map(model);
+    let exact = each
+        .each_ref()
+        .map(|s| s.run(&grid, &[0.0, 0.0], 0..grid.len(), &Limits { tolerance: 1e-13, ..Limits::default() }));
+    let mut workspaces = Workspaces::default();
+    for tolerance in [1e-7, 1e-9] {
         let limits = Limits { tolerance, ..Limits::default() };
-        simulator.run(&grid, &[0.003, -0.002, 0.0, 0.0], 0..grid.len(), &limits).states.swap_remove(1)
-    };
-    let exact = run(1e-12);
-    let size = exact.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    // Errors of many intervals add up, and the contact makes them grow.
-    let apart = worst(&run(1e-9), &exact) / size;
-    assert!(apart < 1e-6, "{apart:e}");
+        let task = |simulator| RunTask { simulator, grid: &grid, initial: &[0.0, 0.0], samples: 0..grid.len(), limits };
+        let mut responses = vec![Response::default(); each.len()];
+        run_beside(&each.each_ref().map(task), true, &mut workspaces, &mut responses);
+        for (beside, exact) in responses.iter().zip(&exact) {
+            assert!(exact.switches > 20, "{} touches", exact.switches);
+            let size = exact.states[0].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            // Errors of many intervals add up.
+            let apart = worst(&beside.states[0], &exact.states[0]) / size;
+            assert!(apart < 1e-6, "{tolerance:e}: {apart:e}");
+        }
+    }
 }
 
 #[test]
@@ -504,9 +506,9 @@ fn runs_side_by_side_are_those_that_each_would_be_alone() {
             let from = |i: usize| if abreast { 20 } else { 7 * i };
             let task = |(i, (simulator, initial))| {
                 let samples = from(i)..from(i) + 600 - if abreast { 0 } else { i };
-                Task { simulator, grid: &grid, initial, samples, limits }
+                RunTask { simulator, grid: &grid, initial, samples, limits }
             };
-            let tasks: Vec<Task<'_>> =
+            let tasks: Vec<RunTask<'_>> =
                 each.iter().zip(starts.iter().map(<[f64; 2]>::as_slice)).enumerate().map(task).collect();
             let mut responses = vec![Response::default(); tasks.len()];
             run_beside(&tasks, abreast, &mut workspaces, &mut responses);
