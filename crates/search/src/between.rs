@@ -22,6 +22,18 @@ impl Data {
     /// records, weighted: what a course through fewer neighbours changes and no parameter, offset or initial state makes up
     /// for. Zero where that cannot be told, and if cancelled.
     fn between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
+        if let Some(known) = fitted.between_samples.get() {
+            return *known;
+        }
+        let found = self.simulated_between_samples(fitted, cancel);
+        if !cancel.is_cancelled() {
+            // Another thread may have been sooner, with the same.
+            let _ = fitted.between_samples.set(found);
+        }
+        found
+    }
+
+    fn simulated_between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
         let driven = fitted.level != WHOLE;
         // Internal states of segments begin as the measured motion drives them, sample by sample.
         if driven && fitted.composition.internals() > 0 || self.layout.inputs == 0 {

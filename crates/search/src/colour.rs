@@ -39,6 +39,14 @@ impl Search {
             || fitted.error() <= times.0 * noise && fitted.held_out_error() <= times.1 * noise
     }
 
+    /// True if a model leaves more on the data fitted than it could where it [explains](Self::explains) them, whatever the noise is
+    /// found to be.
+    pub(super) fn leaves_more_than_noise(&self, fitted: &Fitted, cancel: &Cancel) -> bool {
+        let constants = &self.data.constants;
+        let more = |noise: f64| fitted.error() >= constants.explaining().0 * constants.loud * noise;
+        more(self.data.noise) && more(self.data.noise_of(fitted, cancel))
+    }
+
     /// What a model leaves, RMS, if that is noise by all tests, and along whole records: along short stretches they hear little. None
     /// where it is louder than the estimate can be wrong by.
     pub(super) fn noise_left(&self, fitted: &Fitted, forms: &[Form], cancel: &Cancel) -> Option<f64> {

@@ -1,6 +1,6 @@
 //! Fitting a composition to the records: start, refinement, and the gap on data never fitted.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::columns::{Inputs, MotionPath, forces};
 use super::data::{Data, LEAST_NOISE, RecordSeries};
@@ -31,8 +31,10 @@ pub(super) struct Fitted {
     pub(super) level: usize,
     /// Period that the shortest segments are measured by, s.
     pub(super) period: f64,
-    /// False if it lost on the data fitted, and was not asked what it leaves on others.
+    /// False if it was not asked yet what it leaves on data never fitted.
     pub(super) asked: bool,
+    /// What the inputs' unknown course between samples may come to in its response, once that was asked.
+    pub(super) between_samples: OnceLock<f64>,
     /// Residual sums of squares on data left out, one a fold, over segments as long as the fitted ones; none if it was not asked.
     pub(super) folds: Vec<Fold>,
     /// Shared parameters fitted without the data of each fold; none where whole records are held out. Those of all data if it was
@@ -256,15 +258,27 @@ impl Data {
         Goal { period, noise: error.max(self.noise), ..self.goal(level, options) }
     }
 
+    /// True if a fit can be held against others before it is asked what it leaves on data never fitted: whole records are held out,
+    /// which its parameters alone predict.
+    pub(super) fn can_be_asked_later(&self) -> bool {
+        !self.held_out().is_empty() && !self.shows_rates()
+    }
+
     /// Holds a fit against data that were not fitted, over segments as long as its own.
     pub(super) fn judged(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
         self.held_against(composition, landed, true, cancel)
     }
 
-    /// A fit that lost on the data fitted: it is not asked what it leaves on others. Where it is held against others all the same,
-    /// it is flattered by parameters that saw all data, and loses still.
+    /// A fit that is not asked what it leaves on data never fitted: it lost on those fitted, or is asked later. Where it is held
+    /// against others all the same and no record is held out, it is flattered by parameters that saw all data, and loses still.
     pub(super) fn unasked(&self, composition: Composition, landed: Landed, cancel: &Cancel) -> Fitted {
         self.held_against(composition, landed, false, cancel)
+    }
+
+    /// The same fit, asked what it leaves on data never fitted.
+    pub(super) fn asked_now(&self, fitted: &Fitted, cancel: &Cancel) -> Fitted {
+        let asked = self.judged(fitted.composition.clone(), fitted.landed(), cancel);
+        Fitted { refined: Arc::clone(&fitted.refined), between_samples: fitted.between_samples.clone(), ..asked }
     }
 
     fn held_against(&self, composition: Composition, landed: Landed, asked: bool, cancel: &Cancel) -> Fitted {
@@ -358,6 +372,7 @@ impl Data {
             level,
             period,
             asked,
+            between_samples: OnceLock::new(),
             folds,
             refitted,
             held_out,

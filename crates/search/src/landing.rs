@@ -34,28 +34,26 @@ impl Search {
         self.data.counters.fit();
         let free = Composition { passive: false, ..composition.clone() };
         let held_against = |composition: &Composition, landed: Landed| {
-            let fitted = match lost(&landed) {
+            let lost = lost(&landed);
+            let fitted = match lost || self.data.can_be_asked_later() {
                 true => self.data.unasked(composition.clone(), landed, cancel),
                 false => self.data.judged(composition.clone(), landed, cancel),
             };
-            self.hypothesis(forms.clone(), fitted, cancel)
+            let waits = fitted.asked || lost || self.leaves_more_than_noise(&fitted, cancel);
+            let fitted = if waits { fitted } else { self.data.asked_now(&fitted, cancel) };
+            (self.hypothesis(forms.clone(), fitted, cancel), lost)
         };
-        let lifted = self.landed(&free, &shared, bar, cancel).map(|landed| held_against(&free, landed));
-        let pushes = lifted.as_ref().is_some_and(|set| {
-            let parameters = &set.fitted.parameters;
-            let dampers = free.dampers(&parameters.inner);
-            dampers.into_iter().any(|(k, _)| parameters.coefficients[k] > 0.0)
-        });
-        let hopeless =
-            lifted.as_ref().zip(bar).is_some_and(|(l, b)| l.fitted.refined.rss > constants.far_behind * b.least());
-        if !composition.passive || !pushes || hopeless || lifted.as_ref().is_some_and(|set| !set.fitted.asked) {
-            return lifted;
+        let (lifted, lost) = self.landed(&free, &shared, bar, cancel).map(|landed| held_against(&free, landed))?;
+        let parameters = &lifted.fitted.parameters;
+        let pushes = free.dampers(&parameters.inner).into_iter().any(|(k, _)| parameters.coefficients[k] > 0.0);
+        let hopeless = bar.is_some_and(|bar| lifted.fitted.refined.rss > constants.far_behind * bar.least());
+        if !composition.passive || !pushes || hopeless || lost {
+            return Some(lifted);
         }
-        let lifted = lifted?;
         let start = Composition::clamped(&composition, &lifted.fitted.refined.point.shared);
         let bounded = self.landed(&composition, &start, bar, cancel).map(|landed| held_against(&composition, landed));
         match bounded {
-            Some(bounded) if !constants.beats(&lifted, &bounded, constants.lead) => Some(bounded),
+            Some((bounded, _)) if !constants.beats(&lifted, &bounded, constants.lead) => Some(bounded),
             _ => Some(lifted),
         }
     }

@@ -247,7 +247,7 @@ impl Search {
         if fitted.asked {
             return Arc::clone(fitted);
         }
-        let asked = Arc::new(self.data.judged(fitted.composition.clone(), fitted.landed(), cancel));
+        let asked = Arc::new(self.data.asked_now(fitted, cancel));
         if !cancel.is_cancelled() {
             self.keep(Arc::clone(&asked));
         }
@@ -259,12 +259,14 @@ impl Search {
         let unasked: Vec<usize> = sets.filter(|k| !tried.sets[*k].fitted.asked).collect();
         let ask = |k: &usize| {
             let fitted = self.asked(&tried.sets[*k].fitted, cancel);
-            let blocks = self.data.densities(&fitted, cancel);
+            let blocks = (!self.data.can_be_asked_later()).then(|| self.data.densities(&fitted, cancel));
             (*k, fitted, blocks)
         };
         let asked: Vec<_> = unasked.par_iter().map(ask).collect();
         for (k, fitted, blocks) in asked {
-            (tried.sets[k].fitted, tried.sets[k].blocks) = (fitted, blocks);
+            let set = &mut tried.sets[k];
+            set.fitted = fitted;
+            set.blocks = blocks.unwrap_or_else(|| std::mem::take(&mut set.blocks));
         }
         !unasked.is_empty()
     }
@@ -438,6 +440,13 @@ impl Search {
         // A name too many comes of a part that was not fitted to its end.
         near.sort_by_key(|k| !part(*k));
         near.truncate(constants.fitted_again);
+        // Once is enough from each place.
+        let from = |k: usize| &self.landed_lower(&tried.sets[k], tried).unwrap_or(&first).refined;
+        let was_tried = |k: usize| {
+            tried.settled.iter().any(|(forms, there)| *forms == tried.sets[k].forms && Arc::ptr_eq(there, from(k)))
+        };
+        near.retain(|k| !was_tried(*k));
+        let now: Vec<_> = near.iter().map(|k| (tried.sets[*k].forms.clone(), Arc::clone(from(*k)))).collect();
         let again = |k: usize| -> Option<(usize, Hypothesis)> {
             let Hypothesis { forms, fitted, .. } = &tried.sets[k];
             if self.explains(fitted, tried.coloured.rms, cancel) || cancel.is_cancelled() {
@@ -463,6 +472,7 @@ impl Search {
         for (k, set) in near.into_par_iter().filter_map(again).collect::<Vec<_>>() {
             tried.sets[k] = set;
         }
+        tried.settled.extend(now);
     }
 
     /// The fit of a set with more in it, of which the data do not bear all, that leaves less all the same than chance would have

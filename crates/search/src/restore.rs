@@ -2,7 +2,7 @@
 //! parameters, nothing is fitted.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use sindyscope_core::parallel::prelude::*;
 
@@ -227,6 +227,7 @@ impl Search {
             level: WHOLE,
             period: data.period,
             asked: true,
+            between_samples: OnceLock::new(),
             folds: Vec::new(),
             refitted: Vec::new(),
             held_out,

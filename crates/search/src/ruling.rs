@@ -15,6 +15,7 @@ use super::search::{Depth, Keep, Listener, Search};
 use super::structure::{Composition, choice};
 use super::words::{Doubt, led, remaining, sentence, why};
 use sindyscope_core::clock::Stopwatch;
+use sindyscope_core::refine::Refined;
 use sindyscope_core::study::Cancel;
 
 /// What a look comes to.
@@ -39,6 +40,8 @@ pub(super) struct Tried {
     pub(super) ruling: Ruling,
     /// What the sets tell of the noise.
     pub(super) coloured: ColouredNoise,
+    /// Sets that were fitted once more, each with the fit that this was begun from.
+    pub(super) settled: Vec<(Vec<usize>, Arc<Refined>)>,
 }
 
 impl Tried {
