@@ -33,6 +33,7 @@ impl Data {
         found
     }
 
+    /// The same, simulated anew.
     fn simulated_between_samples(&self, fitted: &Fitted, cancel: &Cancel) -> f64 {
         let driven = fitted.level != WHOLE;
         // Internal states of segments begin as the measured motion drives them, sample by sample.

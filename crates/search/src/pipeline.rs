@@ -29,6 +29,8 @@ const SIDE_BY_SIDE: usize = 2;
 struct Explained {
     /// The gain in the regression of a set that explains the data: others are fitted only near it, or to be shown.
     gain: Option<f64>,
+    /// The effects of that set, if nothing that matters can be left beside it.
+    enough: Option<Vec<usize>>,
     /// Single effects that were fitted to be shown.
     shown: usize,
     /// What the sets tell of the noise.
@@ -92,7 +94,13 @@ impl Search {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
         let little = self.explaining_little(before, screened, cancel);
-        let wanted = |state: &Explained, proposal: &Proposal, _: &[usize]| {
+        let base = self.known(&[]);
+        let wanted = |state: &Explained, proposal: &Proposal, set: &[usize]| {
+            // What would be left for a further effect is given no name.
+            let more = |part: &Vec<usize>| part.len() < set.len() && part.iter().all(|k| set.contains(k));
+            if state.enough.as_ref().is_some_and(more) {
+                return false;
+            }
             let promising = match state.gain {
                 Some(gain) => proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead,
                 None => !little(proposal),
@@ -118,6 +126,12 @@ impl Search {
             let explained = state.gain.is_none() && set.is_some_and(&mut explains);
             // What was not regressed on stands with what the regression has first.
             state.gain = state.gain.or(explained.then_some(proposal.gain.min(likeliest)));
+            if let Some(set) = set.filter(|_| explained)
+                && let Some(base) = &base
+                && self.leaves_nothing(&set.fitted, base)
+            {
+                state.enough = Some(set.forms.clone());
+            }
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
         let mut state = Explained { coloured: tried.coloured, ..Explained::default() };
