@@ -7,8 +7,9 @@
 use std::ops::Range;
 
 use super::grid::InputGrid;
-use super::integrate::{FIRST_INTERVALS, KnownLevels, Machine, RunProgress};
+use super::integrate::{FIRST_INTERVALS, KnownLevels, Machine, RunProgress, RungeKutta, Substep};
 use super::{Limits, Response, Simulator, Workspace};
+use fearless_simd::{Level, dispatch};
 use sindyscope_values::term::LANES;
 
 /// Runs that go side by side, at most; of half as many or less, each instruction serves half as many.
@@ -189,11 +190,13 @@ struct Pack<'w, const N: usize, const W: usize> {
     held: [[f64; W]; N],
     /// Slots of what is neither linear nor forcing.
     rest: &'w mut Vec<[f64; W]>,
+    /// The registers that the processor has.
+    level: Level,
 }
 
 impl<'w, const N: usize, const W: usize> Pack<'w, N, W> {
     fn new(runners: &[Runner<'_, '_, N>], rest: &'w mut Vec<[f64; W]>) -> Self {
-        let mut pack = Self { matrix: [[[0.0; W]; N]; N], held: [[0.0; W]; N], rest };
+        let mut pack = Self { matrix: [[[0.0; W]; N]; N], held: [[0.0; W]; N], rest, level: Level::new() };
         for place in 0..W {
             // A place that nobody has goes with the first.
             let Some(Runner { machine, .. }) = runners.get(place).or(runners.first()) else { break };
@@ -256,37 +259,71 @@ impl<'w, const N: usize, const W: usize> Pack<'w, N, W> {
     ) -> ([[f64; W]; N], [[f64; W]; N]) {
         let machines = sources.map(|source| &runners[source].machine);
         let drives = machines.map(|machine| machine.work.drive.as_chunks::<N>().0);
-        let equations = machines[0].equations;
-        let Self { matrix, held, rest } = self;
-        let mut rates = |x: &[[f64; W]; N], lane: usize| {
-            let mut rates = *held;
-            for ((i, rate), row) in rates.iter_mut().enumerate().zip(&*matrix) {
-                rate.iter_mut().zip(drives).for_each(|(rate, drive)| *rate += drive[lane][i]);
-                for (entry, x) in row.iter().zip(x) {
-                    rate.iter_mut().zip(entry).zip(x).for_each(|((rate, a), x)| *rate += a * x);
-                }
-            }
-            if !equations.rest_rows.is_empty() {
-                rest[1..=equations.states].iter_mut().zip(x).for_each(|(slot, x)| *slot = *x);
-                for address in &equations.copied {
-                    rest[*address] = machines.map(|machine| machine.work.forcing[address * LANES + lane]);
-                }
-                equations.rest.run_beside(rest);
-                for (row, slot) in &equations.rest_rows {
-                    rates[*row].iter_mut().zip(rest[*slot]).for_each(|(rate, more)| *rate += more);
-                }
-            }
-            rates
-        };
         let gathered = |of: &dyn Fn(&Machine<'_, N>) -> [f64; N]| -> [[f64; W]; N] {
             let each = machines.map(of);
             std::array::from_fn(|i| each.map(|state| state[i]))
         };
-        let (x, rate) = (gathered(&|machine| machine.x), gathered(&|machine| machine.rate));
-        let first = machines[0];
-        let span = first.substep(0, k, part);
-        let ends = first.division().0.advance(&x, &rate, (span.length, span.lane, span.end), &mut rates);
-        let at_end = rates(&ends, span.end);
+        let start = (gathered(&|machine| machine.x), gathered(&|machine| machine.rate));
+        let step = (machines[0].division().0, machines[0].substep(0, k, part));
+        let level = self.level;
+        let right_sides = RightSides { pack: self, machines, drives };
+        dispatch!(level, _simd => right_sides.advanced(start, step))
+    }
+}
+
+/// The right sides of equations that are alike, of each run at once.
+struct RightSides<'p, 'w, 'm, 'a, const N: usize, const W: usize> {
+    pack: &'p mut Pack<'w, N, W>,
+    machines: [&'m Machine<'a, N>; W],
+    /// What depends on time and inputs alone, at each lane.
+    drives: [&'m [[f64; N]]; W],
+}
+
+impl<const N: usize, const W: usize> RightSides<'_, '_, '_, '_, N, W> {
+    /// The states at the end of a step, and the rates there.
+    #[inline(always)] // into each width of registers
+    fn advanced(
+        mut self,
+        (x, rate): ([[f64; W]; N], [[f64; W]; N]),
+        (method, span): (RungeKutta, Substep),
+    ) -> ([[f64; W]; N], [[f64; W]; N]) {
+        let ends = method.advance(
+            &x,
+            &rate,
+            (span.length, span.lane, span.end),
+            #[inline(always)]
+            |x, lane| self.rates(x, lane),
+        );
+        let at_end = self.rates(&ends, span.end);
         (ends, at_end)
+    }
+
+    /// A method asks for them in ten places, and is not compiled with ten of them.
+    fn rates(&mut self, x: &[[f64; W]; N], lane: usize) -> [[f64; W]; N] {
+        dispatch!(self.pack.level, _simd => self.rates_here(x, lane))
+    }
+
+    #[inline(always)] // into each width of registers
+    fn rates_here(&mut self, x: &[[f64; W]; N], lane: usize) -> [[f64; W]; N] {
+        let Pack { matrix, held, rest, .. } = &mut *self.pack;
+        let equations = self.machines[0].equations;
+        let mut rates = *held;
+        for ((i, rate), row) in rates.iter_mut().enumerate().zip(&*matrix) {
+            rate.iter_mut().zip(self.drives).for_each(|(rate, drive)| *rate += drive[lane][i]);
+            for (entry, x) in row.iter().zip(x) {
+                rate.iter_mut().zip(entry).zip(x).for_each(|((rate, a), x)| *rate += a * x);
+            }
+        }
+        if !equations.rest_rows.is_empty() {
+            rest[1..=equations.states].iter_mut().zip(x).for_each(|(slot, x)| *slot = *x);
+            for address in &equations.copied {
+                rest[*address] = self.machines.map(|machine| machine.work.forcing[address * LANES + lane]);
+            }
+            equations.rest.run_beside(rest);
+            for (row, slot) in &equations.rest_rows {
+                rates[*row].iter_mut().zip(rest[*slot]).for_each(|(rate, more)| *rate += more);
+            }
+        }
+        rates
     }
 }

@@ -29,7 +29,7 @@ impl RungeKutta {
 
     /// The state after a step of a length, s, from `x` with its rates `k1`; `lane` is that of the step's first place, `end` that of its
     /// end.
-    #[inline]
+    #[inline(always)] // into each width of registers
     pub(super) fn advance<S: StateVector>(
         self,
         x: &S,
@@ -65,7 +65,7 @@ pub(super) trait StateVector: Copy {
 }
 
 impl<const N: usize> StateVector for [f64; N] {
-    #[inline]
+    #[inline(always)] // into each width of registers
     fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
         let mut out = [0.0; N];
         for (i, o) in out.iter_mut().enumerate() {
@@ -80,7 +80,7 @@ impl<const N: usize> StateVector for [f64; N] {
 }
 
 impl<const N: usize, const W: usize> StateVector for [[f64; W]; N] {
-    #[inline]
+    #[inline(always)] // into each width of registers
     fn plus<const S: usize>(&self, h: f64, parts: [(f64, &Self); S]) -> Self {
         let mut out = [[0.0; W]; N];
         for (i, o) in out.iter_mut().enumerate() {

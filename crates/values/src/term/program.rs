@@ -228,11 +228,13 @@ impl Program {
     }
 
     /// As [`Self::run`], for programs that are alike at once: each slot holds a value of each of them.
-    #[inline]
+    #[inline(always)] // into each width of registers
     pub fn run_beside<const W: usize>(&self, slots: &mut [[f64; W]]) {
+        #[inline(always)]
         fn of_one<const W: usize>(a: [f64; W], f: impl Fn(f64) -> f64) -> [f64; W] {
             a.map(f)
         }
+        #[inline(always)]
         fn of_two<const W: usize>(a: [f64; W], b: [f64; W], f: impl Fn(f64, f64) -> f64) -> [f64; W] {
             let mut out = a;
             out.iter_mut().zip(b).for_each(|(o, b)| *o = f(*o, b));
