@@ -52,8 +52,8 @@ fn several<S: Simd>(simd: S, series: &[f64], others: [&[f64]; SIDE_BY_SIDE]) -> 
         let a = halves(simd, a);
         for (sums, (other, _)) in sums.iter_mut().zip(&others) {
             let b = halves(simd, &other[k]);
-            sums[0] = sums[0] + a[0] * b[0];
-            sums[1] = sums[1] + a[1] * b[1];
+            sums[0] += a[0] * b[0];
+            sums[1] += a[1] * b[1];
         }
     }
     let mut products = [0.0; SIDE_BY_SIDE];
