@@ -47,12 +47,6 @@ impl Search {
         more(self.data.noise) && more(self.data.noise_of(fitted, cancel))
     }
 
-    /// True if nothing that matters is left beside a model that [explains](Self::explains) the data, however little of it is noise.
-    pub(super) fn leaves_nothing(&self, fitted: &Fitted, base: &Fitted) -> bool {
-        let noise = fitted.error() / self.data.constants.explaining().0;
-        fitted.level == WHOLE && !self.matters_beyond(noise, base, fitted)
-    }
-
     /// What a model leaves, RMS, if that is noise by all tests, and along whole records: along short stretches they hear little. None
     /// where it is louder than the estimate can be wrong by.
     pub(super) fn noise_left(&self, fitted: &Fitted, forms: &[Form], cancel: &Cancel) -> Option<f64> {

@@ -39,8 +39,8 @@ impl Search {
                 true => self.data.unasked(composition.clone(), landed, cancel),
                 false => self.data.judged(composition.clone(), landed, cancel),
             };
-            let waits = fitted.asked || lost || self.leaves_more_than_noise(&fitted, cancel);
-            let fitted = if waits { fitted } else { self.data.asked_now(&fitted, cancel) };
+            let may_explain = !fitted.asked && !lost && !self.leaves_more_than_noise(&fitted, cancel);
+            let fitted = if may_explain { self.data.asked_now(&fitted, cancel) } else { fitted };
             (self.hypothesis(forms.clone(), fitted, cancel), lost)
         };
         let (lifted, lost) = self.landed(&free, &shared, bar, cancel).map(|landed| held_against(&free, landed))?;

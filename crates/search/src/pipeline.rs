@@ -94,7 +94,6 @@ impl Search {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
         }
         let little = self.explaining_little(before, screened, cancel);
-        let base = self.known(&[]);
         let wanted = |state: &Explained, proposal: &Proposal, set: &[usize]| {
             // What would be left for a further effect is given no name.
             let more = |part: &Vec<usize>| part.len() < set.len() && part.iter().all(|k| set.contains(k));
@@ -126,12 +125,10 @@ impl Search {
             let explained = state.gain.is_none() && set.is_some_and(&mut explains);
             // What was not regressed on stands with what the regression has first.
             state.gain = state.gain.or(explained.then_some(proposal.gain.min(likeliest)));
-            if let Some(set) = set.filter(|_| explained)
-                && let Some(base) = &base
-                && self.leaves_nothing(&set.fitted, base)
-            {
-                state.enough = Some(set.forms.clone());
-            }
+            // Some of what it leaves, no more than explains the data, may be no noise.
+            let noise = |set: &Hypothesis| set.fitted.error() / constants.explaining().0;
+            let enough = |set: &&Hypothesis| explained && self.suffices(&set.fitted, || noise(set));
+            state.enough = set.filter(enough).map(|set| set.forms.clone()).or(state.enough.take());
         };
         let told = |share: f64| tell(Progress::Step("Fitting the likeliest sets of effects", 0.3 + 0.5 * share));
         let mut state = Explained { coloured: tried.coloured, ..Explained::default() };

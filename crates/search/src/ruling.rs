@@ -7,7 +7,7 @@ use super::constants::Constants;
 use super::effects::Form;
 use super::error::GapError;
 use super::experiment::NextExperiment;
-use super::fit::Fitted;
+use super::fit::{Fitted, WHOLE};
 use super::judge::{Hypothesis, Ruling};
 use super::outcome::{Candidate, Choice, Diagnosis, Finding, Lead, Round, Stage, Standing, Verdict};
 use super::screen::Motion;
@@ -354,6 +354,12 @@ impl Search {
         let noises = self.data.constants.matters_noises;
         let share = 0.5 * noises;
         left > (1.0 + noises) * noise || square(left) > share * share * found && found > 0.0
+    }
+
+    /// True if a model leaves nothing beside noise that matters, along whole records: along short stretches what matters may leave next
+    /// to nothing.
+    pub(super) fn suffices(&self, fitted: &Fitted, noise: impl FnOnce() -> f64) -> bool {
+        fitted.level == WHOLE && self.known(&[]).is_some_and(|base| !self.matters_beyond(noise(), &base, fitted))
     }
 
     /// The stages from the base to the last model, and the look that leads from each to the next: the effect without which the

@@ -9,7 +9,7 @@ use super::effects::OwnEffect;
 use super::effort::SearchEffort;
 use super::error::GapError;
 use super::evidence::Examined;
-use super::fit::{Fitted, WHOLE};
+use super::fit::Fitted;
 use super::judge::{Hypothesis, judge};
 use super::outcome::{Blind, Choice, Evidence, Finding, Round, Stage};
 use super::parameters::Parameters;
@@ -364,13 +364,11 @@ impl Search {
         let least = inflation * constants.least_lead(self.audit.single_tone);
         let explained = tried.sets.iter().any(explains);
         let far = if explained { least } else { least.max(constants.unseen_ratio.ln() * data.unseen() as f64) };
-        let (base, coloured_noise) = (self.known(&[]), tried.coloured.rms);
-        // Along short stretches what matters may leave next to nothing. The noise is no more than what the larger set leaves, however it
-        // was estimated.
+        let coloured_noise = tried.coloured.rms;
+        // The noise is no more than what the larger set leaves, however it was estimated.
         let suffices = |part: &Hypothesis, set: &Hypothesis| {
             let noise = || data.noise_of(&part.fitted, cancel).max(coloured_noise).min(set.fitted.error());
-            part.fitted.level == WHOLE
-                && base.as_ref().is_some_and(|base| !self.matters_beyond(noise(), base, &part.fitted))
+            self.suffices(&part.fitted, noise)
         };
         // What a richer kind explains may be what an input that is rough from sample to sample does between them.
         let unknown = |simple: &Hypothesis, richer: &Hypothesis| {

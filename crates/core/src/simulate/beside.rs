@@ -191,12 +191,12 @@ struct Pack<'w, const N: usize, const W: usize> {
     /// Slots of what is neither linear nor forcing.
     rest: &'w mut Vec<[f64; W]>,
     /// The registers that the processor has.
-    level: Level,
+    registers: Level,
 }
 
 impl<'w, const N: usize, const W: usize> Pack<'w, N, W> {
     fn new(runners: &[Runner<'_, '_, N>], rest: &'w mut Vec<[f64; W]>) -> Self {
-        let mut pack = Self { matrix: [[[0.0; W]; N]; N], held: [[0.0; W]; N], rest, level: Level::new() };
+        let mut pack = Self { matrix: [[[0.0; W]; N]; N], held: [[0.0; W]; N], rest, registers: Level::new() };
         for place in 0..W {
             // A place that nobody has goes with the first.
             let Some(Runner { machine, .. }) = runners.get(place).or(runners.first()) else { break };
@@ -265,21 +265,21 @@ impl<'w, const N: usize, const W: usize> Pack<'w, N, W> {
         };
         let start = (gathered(&|machine| machine.x), gathered(&|machine| machine.rate));
         let step = (machines[0].division().0, machines[0].substep(0, k, part));
-        let level = self.level;
-        let right_sides = RightSides { pack: self, machines, drives };
-        dispatch!(level, _simd => right_sides.advanced(start, step))
+        let registers = self.registers;
+        let right_hand_sides = RightHandSides { pack: self, machines, drives };
+        dispatch!(registers, _simd => right_hand_sides.advanced(start, step))
     }
 }
 
 /// The right sides of equations that are alike, of each run at once.
-struct RightSides<'p, 'w, 'm, 'a, const N: usize, const W: usize> {
+struct RightHandSides<'p, 'w, 'm, 'a, const N: usize, const W: usize> {
     pack: &'p mut Pack<'w, N, W>,
     machines: [&'m Machine<'a, N>; W],
     /// What depends on time and inputs alone, at each lane.
     drives: [&'m [[f64; N]]; W],
 }
 
-impl<const N: usize, const W: usize> RightSides<'_, '_, '_, '_, N, W> {
+impl<const N: usize, const W: usize> RightHandSides<'_, '_, '_, '_, N, W> {
     /// The states at the end of a step, and the rates there.
     #[inline(always)] // into each width of registers
     fn advanced(
@@ -300,7 +300,7 @@ impl<const N: usize, const W: usize> RightSides<'_, '_, '_, '_, N, W> {
 
     /// A method asks for them in ten places, and is not compiled with ten of them.
     fn rates(&mut self, x: &[[f64; W]; N], lane: usize) -> [[f64; W]; N] {
-        dispatch!(self.pack.level, _simd => self.rates_here(x, lane))
+        dispatch!(self.pack.registers, _simd => self.rates_here(x, lane))
     }
 
     #[inline(always)] // into each width of registers
