@@ -42,6 +42,7 @@ mod fit;
 mod folds;
 mod found;
 mod guide;
+mod internal;
 mod judge;
 mod landing;
 mod motion;

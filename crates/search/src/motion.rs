@@ -8,6 +8,7 @@
 //! Source: T. Rogers, T. Friis, "A latent restoring force approach to nonlinear system identification", MSSP 180 (2022)
 //! 109426, with the Matérn process replaced by its limit, a random walk.
 
+use fearless_simd::{Level, dispatch};
 use nalgebra::{DMatrix, DVector};
 
 use sindyscope_core::refine::Output;
@@ -115,6 +116,9 @@ pub(super) struct Slopes {
     pub(super) damping: Vec<f64>,
 }
 
+/// Forces whose responses are computed at once.
+const SIDE_BY_SIDE: usize = 8;
+
 /// Most that one interval's negative damping may multiply a velocity by, as a logarithm.
 const SPUR: f64 = 1.0;
 
@@ -176,7 +180,21 @@ impl Variation {
         }
     }
 
-    /// The displacement of a single mass, times a weight.
+    /// As [`Self::respond`] to each of several forces alone, appended to a series of its own.
+    pub(super) fn respond_each(&self, forces: &[(usize, &[f64])], outputs: &[(Output, f64)], out: &mut [Vec<f64>]) {
+        if let ([(Output::Displacement(0), weight)], [_]) = (outputs, self.oscillator.stiffness.as_slice()) {
+            let together = forces.chunks(SIDE_BY_SIDE).zip(out.chunks_mut(SIDE_BY_SIDE));
+            together.for_each(|(forces, out)| self.displace_each(forces, *weight, out));
+            return;
+        }
+        let mut response = Vec::new();
+        for (force, out) in forces.iter().zip(out) {
+            self.respond(std::slice::from_ref(force), outputs, &mut response);
+            out.extend_from_slice(&response);
+        }
+    }
+
+    /// The displacement of a single mass, times a weight, appended to `out`.
     fn displace(&self, force: &[f64], weight: f64, out: &mut Vec<f64>) {
         let Oscillator { step, before, after, .. } = &self.oscillator;
         let (mut p, mut v) = (0.0, 0.0);
@@ -193,6 +211,47 @@ impl Variation {
         out.extend(force.first().map(|_| 0.0));
         let kicks = self.left.iter().copied().zip(self.pull.iter().copied()).chain(std::iter::repeat((1.0, 0.0)));
         out.extend(force.windows(2).zip(kicks).map(|(pair, kick)| go_on(pair[0], pair[1], kick)));
+    }
+
+    /// As [`Self::displace`], for forces side by side, each displacement appended to its own.
+    fn displace_each(&self, forces: &[(usize, &[f64])], weight: f64, out: &mut [Vec<f64>]) {
+        let Some((_, first)) = forces.first() else { return };
+        if let ([_], [out]) = (forces, &mut *out) {
+            return self.displace(first, weight, out);
+        }
+        let samples = first.len();
+        let begins: [usize; SIDE_BY_SIDE] = std::array::from_fn(|w| out.get(w).map_or(0, Vec::len));
+        // A place that nobody has goes with the first.
+        let forces: [&[f64]; SIDE_BY_SIDE] = std::array::from_fn(|w| forces.get(w).map_or(*first, |(_, force)| *force));
+        let mut places: [&mut [f64]; SIDE_BY_SIDE] = std::array::from_fn(|_| <&mut [f64]>::default());
+        for ((place, out), begin) in places.iter_mut().zip(out).zip(begins) {
+            out.resize(begin + samples, 0.0);
+            *place = &mut out[begin..];
+        }
+        dispatch!(Level::new(), _simd => self.displace_here(forces.map(|force| &force[..samples]), weight, &mut places));
+    }
+
+    #[inline(always)] // into each width of registers
+    fn displace_here(&self, forces: [&[f64]; SIDE_BY_SIDE], weight: f64, out: &mut [&mut [f64]; SIDE_BY_SIDE]) {
+        let Oscillator { step, before, after, .. } = &self.oscillator;
+        let samples = forces[0].len();
+        let (mut p, mut v) = ([0.0; SIDE_BY_SIDE], [0.0; SIDE_BY_SIDE]);
+        for k in 1..samples {
+            let left = self.left.get(k - 1).copied().unwrap_or(1.0);
+            let pull = self.pull.get(k - 1).copied().unwrap_or(0.0);
+            for w in 0..SIDE_BY_SIDE {
+                let (now, then) = (forces[w][k - 1], forces[w][k]);
+                let kicked = left * v[w] - pull * p[w];
+                (p[w], v[w]) = (
+                    step[0] * p[w] + step[1] * kicked + before[0] * now + after[0] * then,
+                    step[2] * p[w] + step[3] * kicked + before[1] * now + after[1] * then,
+                );
+                v[w] = left * v[w] - pull * p[w];
+            }
+            for (out, p) in out.iter_mut().zip(p).filter(|(out, _)| !out.is_empty()) {
+                out[k] = weight * p;
+            }
+        }
     }
 
     /// The half kick of an interval; `scratch` is as long as the state.

@@ -6,7 +6,7 @@
 
 use sindyscope_core::parallel::prelude::*;
 
-use super::columns::{MotionPath, forces};
+use super::columns::{MotionPath, forces, forces_of_each};
 use super::constants::LARGEST_SET;
 use super::data::{Data, RecordSeries};
 use super::effects::{Addition, Form};
@@ -20,6 +20,9 @@ use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
 use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
 use sindyscope_core::study::Cancel;
+
+/// Additions whose columns are made together.
+const SIDE_BY_SIDE: usize = 8;
 
 /// The motion of every fitted record under a fitted model.
 pub(super) struct Motion {
@@ -179,33 +182,57 @@ impl Data {
         present: (&[Placed], &[f64]),
         simulated: &[Vec<f64>],
     ) -> Vec<Vec<f64>> {
+        let of_each = self.columns_of_each(std::slice::from_ref(addition), paths, variations, present, simulated);
+        of_each.into_iter().next().unwrap_or_default()
+    }
+
+    /// The same of several additions that do not know of one another.
+    fn columns_of_each(
+        &self,
+        additions: &[Addition],
+        paths: &[MotionPath],
+        variations: &[Variation],
+        present: (&[Placed], &[f64]),
+        simulated: &[Vec<f64>],
+    ) -> Vec<Vec<Vec<f64>>> {
         let total = self.total();
-        if addition.offset {
-            return self.offsets().iter().map(|offset| offset.whole(total)).collect();
-        }
-        if let Some(level) = addition.ceiling {
-            return vec![self.clipped(level, simulated)];
-        }
-        let on_input = !addition.delays.is_none() || addition.input_limit.is_some();
-        let count = if on_input { 1 } else { addition.terms.len() };
-        let mut columns = vec![Vec::with_capacity(total); count];
-        let mut response = Vec::new();
         let shown = self.shown();
+        let special = |addition: &Addition| -> Option<Vec<Vec<f64>>> {
+            if addition.offset {
+                return Some(self.offsets().iter().map(|offset| offset.whole(total)).collect());
+            }
+            if let Some(level) = addition.ceiling {
+                return Some(vec![self.clipped(level, simulated)]);
+            }
+            (!addition.delays.is_none() || addition.input_limit.is_some()).then(|| {
+                let mut column = Vec::with_capacity(total);
+                let mut response = Vec::new();
+                for ((s, path), variation) in self.fit().iter().zip(paths).zip(variations) {
+                    let changes = self.input_change(addition, s, path, present);
+                    let forces: Vec<(usize, &[f64])> = changes.iter().map(Vec::as_slice).enumerate().collect();
+                    variation.respond(&forces, &shown, &mut response);
+                    column.extend_from_slice(&response);
+                }
+                vec![column]
+            })
+        };
+        let mut columns: Vec<Option<Vec<Vec<f64>>>> = additions.iter().map(special).collect();
+        let along: Vec<usize> = (0..additions.len()).filter(|k| columns[*k].is_none()).collect();
+        let terms: Vec<_> = along.iter().map(|k| (additions[*k].terms.as_slice(), &*additions[*k].internals)).collect();
+        let mut found: Vec<Vec<f64>> =
+            terms.iter().flat_map(|(terms, _)| terms.iter()).map(|_| Vec::with_capacity(total)).collect();
         for ((s, path), variation) in self.fit().iter().zip(paths).zip(variations) {
-            if on_input {
-                let changes = self.input_change(addition, s, path, present);
-                let forces: Vec<(usize, &[f64])> = changes.iter().map(Vec::as_slice).enumerate().collect();
-                variation.respond(&forces, &shown, &mut response);
-                columns[0].extend_from_slice(&response);
-                continue;
-            }
-            let forces = forces(&addition.terms, &addition.internals, &self.layout, s, &s.inputs(), path);
-            for ((column, force), placed) in columns.iter_mut().zip(&forces).zip(&addition.terms) {
-                variation.respond(&[(placed.mass, force)], &shown, &mut response);
-                column.extend_from_slice(&response);
-            }
+            let forces = forces_of_each(&terms, &self.layout, s, &s.inputs(), path);
+            let placed = terms.iter().flat_map(|(terms, _)| terms.iter());
+            let alone: Vec<(usize, &[f64])> =
+                placed.zip(forces.iter().flatten()).map(|(placed, force)| (placed.mass, force.as_slice())).collect();
+            variation.respond_each(&alone, &shown, &mut found);
         }
-        columns
+        let mut found = found.into_iter();
+        for (k, (terms, _)) in along.into_iter().zip(&terms) {
+            columns[k] = Some(found.by_ref().take(terms.len()).collect());
+        }
+        columns.into_iter().map(Option::unwrap_or_default).collect()
     }
 
     /// Rows of all fitted records: samples times sensors.
@@ -329,18 +356,16 @@ impl Data {
         let rss = dot(&target, &target);
         let points: Vec<(usize, Vec<f64>)> =
             forms.iter().enumerate().flat_map(|(k, f)| f.grid().into_iter().map(move |p| (k, p))).collect();
-        let found: Vec<Option<f64>> = points
-            .par_iter()
-            .map(|(k, inner)| {
-                if cancel.is_cancelled() {
-                    return None;
-                }
-                let form = &forms[*k];
-                let columns =
-                    self.columns(&form.addition(inner), &motion.measured, &motion.variations, present, simulated);
-                explain(&basis, &target, columns, form)
-            })
-            .collect();
+        let explained = |some: &[(usize, Vec<f64>)]| -> Vec<Option<f64>> {
+            if cancel.is_cancelled() {
+                return vec![None; some.len()];
+            }
+            let additions: Vec<Addition> = some.iter().map(|(k, inner)| forms[*k].addition(inner)).collect();
+            let columns = self.columns_of_each(&additions, &motion.measured, &motion.variations, present, simulated);
+            some.iter().zip(columns).map(|((k, _), columns)| explain(&basis, &target, columns, &forms[*k])).collect()
+        };
+        let together: Vec<&[(usize, Vec<f64>)]> = points.chunks(SIDE_BY_SIDE).collect();
+        let found: Vec<Option<f64>> = together.into_par_iter().flat_map_iter(explained).collect();
         let mut hits: Vec<Hit> = Vec::new();
         for k in 0..forms.len() {
             let mut own: Vec<(usize, f64)> = points

@@ -1,6 +1,7 @@
-use super::columns::{Clock, Inputs, MotionPath, integrate};
+use super::columns::{Clock, Inputs, MotionPath};
 use super::constants::Constants;
 use super::effects::{Addition, Form};
+use super::internal::integrate;
 use super::outcome::Choice;
 use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, Site};

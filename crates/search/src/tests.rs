@@ -214,6 +214,31 @@ fn a_variation_follows_the_slopes_it_is_given() {
 }
 
 #[test]
+fn responses_computed_at_once_are_those_of_each_force_alone() {
+    let (interval, n) = (0.02, 400);
+    let forces: Vec<Vec<f64>> =
+        (1..=11).map(|i| (0..n).map(|k| (0.3 * f64::from(i) * interval * k as f64).sin()).collect()).collect();
+    let slopes: Vec<(f64, f64)> = (0..n - 1).map(|k| (4.0 + (0.01 * k as f64).cos(), 0.4)).collect();
+    for variation in [
+        Variation::new(Oscillator::single(4.0, 0.4, interval), &slopes),
+        Variation::new(Oscillator::single(4.0, 0.4, interval), &[]),
+    ] {
+        // Behind what is there already, whether all places are taken or one alone.
+        for count in [1, 3, 8, 9, 11] {
+            let each: Vec<(usize, &[f64])> = forces[..count].iter().map(|force| (0, force.as_slice())).collect();
+            let mut together = vec![vec![7.0]; count];
+            variation.respond_each(&each, &SHOWN, &mut together);
+            for (force, together) in each.iter().zip(&together) {
+                let mut alone = Vec::new();
+                variation.respond(std::slice::from_ref(force), &SHOWN, &mut alone);
+                assert_eq!(together[0], 7.0);
+                assert_eq!(together[1..], alone);
+            }
+        }
+    }
+}
+
+#[test]
 fn the_smoother_finds_a_known_missing_force_and_knows_how_well() {
     use rand::SeedableRng as _;
     use rand_distr::{Distribution as _, StandardNormal};

@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 
 use super::gram::Gram;
+use super::pool::FormColumns;
 use super::rows::LANES;
 use super::sets::best_of;
 use super::{FoundSets, GridPoint, GridStep, Score, SetRegression};
 use crate::constants::LARGEST_SET;
 use crate::effects::{ForceAxis, Form};
+use crate::structure::Composed;
 use sindyscope_core::parallel::prelude::*;
 
 /// Rounds of a finer grid about what the best sets hold: each makes its step a third, and a ninth is near enough for a fit.
@@ -75,10 +77,17 @@ impl SetRegression<'_> {
 
     /// Points of forms (index, inner values, steps) with their columns, which are whitened together.
     fn with_columns(&self, points: &[(usize, Vec<f64>, Vec<GridStep>)]) -> Vec<(Vec<Vec<f64>>, GridPoint)> {
+        let points: Vec<_> = points.iter().filter(|_| !self.model.cancel.is_cancelled()).collect();
+        let wanted: Vec<_> = points.iter().map(|(form, inner, _)| self.of_form(&self.forms[*form], inner)).collect();
+        let along: Vec<&Composed> = wanted.iter().filter_map(|(columns, ..)| columns.along()).collect();
+        let mut found = self.model.columns_of_each(&along).into_iter();
         let mut all = Vec::new();
         let mut made = Vec::new();
-        for (form, inner, step) in points.iter().filter(|_| !self.model.cancel.is_cancelled()) {
-            let (own, replaces, rewrites) = self.of_form(&self.forms[*form], inner);
+        for ((form, inner, step), (columns, replaces, rewrites)) in points.into_iter().zip(wanted) {
+            let own = match columns {
+                FormColumns::Made(columns) => columns,
+                FormColumns::Along(_) => found.next().unwrap_or_default(),
+            };
             let remembers = !self.forms[*form].addition(inner).internals.is_empty();
             let (form, inner, step, columns) = (*form, inner.clone(), step.clone(), 0..own.len());
             all.extend(own);

@@ -9,6 +9,22 @@ use crate::structure::{Composed, counted_from};
 use sindyscope_core::signal::dot;
 use sindyscope_values::term::{Symbol, Term};
 
+/// Columns of a form at inner values, not whitened.
+pub(super) enum FormColumns {
+    Made(Vec<Vec<f64>>),
+    /// One for each term along the measured motion.
+    Along(Composed),
+}
+
+impl FormColumns {
+    pub(super) fn along(&self) -> Option<&Composed> {
+        match self {
+            Self::Made(_) => None,
+            Self::Along(composed) => Some(composed),
+        }
+    }
+}
+
 impl<'a> SetRegression<'a> {
     pub(super) fn new(model: &'a PresentModel<'a>, forms: &'a [Form]) -> Self {
         let mut new = Self { model, forms, scales: Vec::new(), pool: Vec::new(), turning: false };
@@ -24,8 +40,9 @@ impl<'a> SetRegression<'a> {
         self.scales.push(scale);
     }
 
-    /// The columns of a form at inner values, not whitened, and which of the present model's they replace.
-    pub(super) fn of_form(&self, form: &Form, inner: &[f64]) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
+    /// The columns of a form at inner values, which of the present model's they replace, and how many of them are changed terms of
+    /// its own.
+    pub(super) fn of_form(&self, form: &Form, inner: &[f64]) -> (FormColumns, Vec<usize>, usize) {
         if self.turning && form.is_periodic() {
             return self.of_turning(form);
         }
@@ -41,12 +58,12 @@ impl<'a> SetRegression<'a> {
             };
             let places: Vec<usize> = (0..composed.terms.len()).filter(|k| of_input(&composed.terms[*k])).collect();
             let terms = places.iter().map(|k| changed.terms[*k].clone()).collect();
-            let columns = self.model.columns(&Composed { terms, ..changed });
-            let rewrites = columns.len();
+            let rewrites = places.len();
+            let columns = FormColumns::Along(Composed { terms, ..changed });
             return (columns, places.into_iter().map(|k| first + k).collect(), rewrites);
         }
         if addition.offset {
-            return (self.model.zeros(), Vec::new(), 0);
+            return (FormColumns::Made(self.model.zeros()), Vec::new(), 0);
         }
         if self.model.present.datum && form.has_a_mean() {
             let equilibrium = Some(self.model.present.origin);
@@ -55,7 +72,7 @@ impl<'a> SetRegression<'a> {
             let rewrites = columns.len();
             let own = Composed { terms: addition.terms, internals: addition.internals, ..composed };
             columns.extend(self.model.columns(&own));
-            return (columns, (first..first + rewrites).chain(1..first).collect(), rewrites);
+            return (FormColumns::Made(columns), (first..first + rewrites).chain(1..first).collect(), rewrites);
         }
         // Displacements count from the equilibrium here as in the present model's own terms.
         let from_there = |term: &Term| match self.model.inner.equilibrium {
@@ -67,7 +84,7 @@ impl<'a> SetRegression<'a> {
         internals.iter_mut().flat_map(|e| &mut e.terms).for_each(|t| t.term = from_there(&t.term));
         let terms = addition.terms.iter().map(|t| t.map(from_there)).collect();
         let own = Composed { terms, internals, ..composed };
-        (self.model.columns(&own), replaces, 0)
+        (FormColumns::Along(own), replaces, 0)
     }
 
     pub(super) fn gram(&self) -> Gram {

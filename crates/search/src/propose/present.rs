@@ -3,7 +3,7 @@
 use super::gram::Gram;
 use super::path::{MeasuredPath, slope};
 use super::rows::{Rows, SensedQuantity};
-use crate::columns::{Inputs, forces};
+use crate::columns::{Inputs, forces, forces_of_each};
 use crate::data::{Data, RecordSeries};
 use crate::effects::Addition;
 use crate::parameters::InnerValues;
@@ -117,44 +117,65 @@ impl<'a> PresentModel<'a> {
 
     /// The averages of every term of the accelerations, not whitened.
     pub(super) fn columns(&self, composed: &Composed) -> Vec<Vec<f64>> {
-        let plain = composed.delays.is_none();
-        let symbol = |placed: &Placed| match placed.term.expression() {
-            Expression::Symbol(s) if plain => Some(*s).filter(|s| self.direct(*s, 0).is_some()),
+        self.columns_of_each(&[composed]).pop().unwrap_or_default()
+    }
+
+    /// The same of several accelerations that do not know of one another.
+    pub(super) fn columns_of_each(&self, each: &[&Composed]) -> Vec<Vec<Vec<f64>>> {
+        let symbol = |composed: &Composed, placed: &Placed| match placed.term.expression() {
+            Expression::Symbol(s) if composed.delays.is_none() => Some(*s).filter(|s| self.direct(*s, 0).is_some()),
             _ => None,
         };
-        let along: Vec<Placed> = composed.terms.iter().filter(|t| symbol(t).is_none()).cloned().collect();
-        let values: Vec<Vec<Vec<f64>>> = if along.is_empty() {
-            Vec::new()
-        } else {
-            let each = self.data.fit().iter().zip(self.paths);
-            each.map(|(s, measured)| {
-                let delayed = (!plain).then(|| s.delayed_inputs(&composed.delays));
-                let inputs = delayed.as_ref().map_or_else(
-                    || s.inputs(),
-                    |(values, rates)| Inputs {
-                        values: values.iter().map(Vec::as_slice).collect(),
-                        rates: rates.iter().map(Vec::as_slice).collect(),
-                    },
-                );
-                forces(&along, &composed.internals, &self.data.layout, s, &inputs, &measured.path)
-            })
-            .collect()
+        let along = |composed: &Composed| -> Vec<Placed> {
+            composed.terms.iter().filter(|placed| symbol(composed, placed).is_none()).cloned().collect()
         };
-        let mut next = 0;
-        composed
-            .terms
-            .iter()
-            .map(|placed| match symbol(placed) {
+        let along: Vec<Vec<Placed>> = each.iter().map(|composed| along(composed)).collect();
+        // `[record][acceleration][term][sample]`
+        let records = self.data.fit().iter().zip(self.paths);
+        let values: Vec<Vec<Vec<Vec<f64>>>> =
+            records.map(|(s, measured)| self.values_along(each, &along, s, measured)).collect();
+        let columns = |(k, composed): (usize, &&Composed)| {
+            let mut next = 0;
+            let column = |placed: &Placed| match symbol(composed, placed) {
                 Some(symbol) => self
                     .rows
                     .column(|mass, record| (mass == placed.mass).then(|| self.direct(symbol, record)).flatten()),
                 None => {
                     let own = next;
                     next += 1;
-                    self.rows.column(|mass, record| (mass == placed.mass).then(|| (&*values[record][own], 0)))
+                    self.rows.column(|mass, record| (mass == placed.mass).then(|| (&*values[record][k][own], 0)))
                 }
-            })
-            .collect()
+            };
+            composed.terms.iter().map(column).collect()
+        };
+        each.iter().enumerate().map(columns).collect()
+    }
+
+    /// The value of some terms of each of several accelerations along a record; those along the inputs as they were measured go
+    /// together.
+    fn values_along(
+        &self,
+        each: &[&Composed],
+        along: &[Vec<Placed>],
+        s: &RecordSeries,
+        measured: &MeasuredPath,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let mut values = vec![Vec::new(); each.len()];
+        let (plain, late): (Vec<usize>, Vec<usize>) =
+            (0..each.len()).filter(|k| !along[*k].is_empty()).partition(|k| each[*k].delays.is_none());
+        let layout = &self.data.layout;
+        let together: Vec<_> = plain.iter().map(|k| (along[*k].as_slice(), each[*k].internals.as_slice())).collect();
+        let found = forces_of_each(&together, layout, s, &s.inputs(), &measured.path);
+        plain.into_iter().zip(found).for_each(|(k, found)| values[k] = found);
+        for k in late {
+            let (inputs, rates) = s.delayed_inputs(&each[k].delays);
+            let inputs = Inputs {
+                values: inputs.iter().map(Vec::as_slice).collect(),
+                rates: rates.iter().map(Vec::as_slice).collect(),
+            };
+            values[k] = forces(&along[k], &each[k].internals, layout, s, &inputs, &measured.path);
+        }
+        values
     }
 
     /// The columns of the present model's terms that an addition takes the place of.

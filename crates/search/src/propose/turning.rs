@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use super::pool::FormColumns;
 use super::{GridPoint, SetRegression, counted_from};
 use crate::effects::Form;
 use crate::structure::Composed;
@@ -20,12 +21,12 @@ impl SetRegression<'_> {
 
     /// The columns of a force that repeats with every turn, and those of the present model that it takes the place of: what it
     /// replaces, and the constants of an open zero.
-    pub(super) fn of_turning(&self, form: &Form) -> (Vec<Vec<f64>>, Vec<usize>, usize) {
+    pub(super) fn of_turning(&self, form: &Form) -> (FormColumns, Vec<usize>, usize) {
         let addition = form.addition(&[]);
         let sine = addition.terms.first();
         let cosine = sine.map(|placed| placed.map(|term| counted_from(term, -FRAC_PI_2)));
         let terms = sine.cloned().into_iter().chain(cosine).collect();
-        let columns = self.model.columns(&Composed { terms, ..self.model.composed.clone() });
+        let columns = FormColumns::Along(Composed { terms, ..self.model.composed.clone() });
         (columns, self.model.replaced_by(&addition).chain(1..=self.model.constants).collect(), 0)
     }
 
