@@ -2,7 +2,8 @@
 //! `cargo run --profile study -p sindyscope-search --example cases -- FOLDER [PREFIX …]`.
 //!
 //! First: the names of the steps are exactly what is hidden. In three: each hidden effect is a step, among the first two
-//! alternatives of one, or what one cannot be told from. Wrong: named, and not exactly what is hidden.
+//! alternatives of one, or what one cannot be told from. Wrong: named, and not exactly what is hidden. Proposed: exactly what is
+//! hidden is among the first twelve sets that the regression proposes, or is always tried.
 
 use std::error::Error;
 use std::path::Path;
@@ -10,7 +11,7 @@ use std::time::Instant;
 
 use sindyscope_core::study::Cancel;
 use sindyscope_files::{ReadOptions, read_files};
-use sindyscope_search::{Ask, Diagnosis, Search, Verdict};
+use sindyscope_search::{Ask, Diagnosis, ProposedSet, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
 use sindyscope_values::term::Term;
 
@@ -19,6 +20,7 @@ struct Score {
     first: bool,
     in_three: bool,
     wrong: bool,
+    proposed: bool,
     seconds: f64,
 }
 
@@ -43,11 +45,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut seconds: Vec<f64> = scores.iter().map(|s| s.seconds).collect();
     seconds.sort_by(f64::total_cmp);
     println!(
-        "{} cases: first {:.3}, in three {:.3}, wrong {:.3}, median {:.2} s, longest {:.1} s",
+        "{} cases: first {:.3}, in three {:.3}, wrong {:.3}, proposed {:.3}, median {:.2} s, longest {:.1} s",
         scores.len(),
         share(&|s| s.first),
         share(&|s| s.in_three),
         share(&|s| s.wrong),
+        share(&|s| s.proposed),
         seconds.get(seconds.len() / 2).copied().unwrap_or(0.0),
         seconds.last().copied().unwrap_or(0.0),
     );
@@ -70,17 +73,32 @@ fn score(folder: &Path, name: &str) -> Result<Score, Box<dyn Error>> {
     let seconds = started.elapsed().as_secs_f64();
     let (first, in_three) = judged(&found, &hidden);
     let wrong = found.verdict == Verdict::Named && !first;
+    let before = hidden.is_empty().then_some(0).or(proposed_before(&search, &hidden)?);
     let names: Vec<String> = found.steps().iter().map(|s| s.added.choice.effect.clone()).collect();
     let noise = truth["noise_sd"].as_f64().unwrap_or(f64::NAN);
     let error = found.stages.last().and_then(|s| s.gap.test_rmse).unwrap_or(f64::NAN) / noise;
     println!(
-        "{name:48} {} {} {:20} {} {error:.2} noises {seconds:.2} s",
+        "{name:48} {} {} {:20} {} {error:.2} noises {seconds:.2} s, proposed {}",
         if first { "ok" } else { "--" },
         if in_three { "3" } else { "-" },
         found.verdict.word(),
         names.join(", "),
+        before.map_or_else(|| "never".to_owned(), |k| format!("{}.", k + 1)),
     );
-    Ok(Score { first, in_three, wrong, seconds })
+    Ok(Score { first, in_three, wrong, proposed: before.is_some_and(|k| k < 12), seconds })
+}
+
+/// How many sets that the regression proposes stand before exactly what is hidden: none before what is always tried.
+fn proposed_before(search: &Search, hidden: &[String]) -> Result<Option<usize>, Box<dyn Error>> {
+    let cancel = Cancel::default();
+    let sets = search.proposed(&*search.base(&cancel)?, &cancel)?;
+    let is_true = |set: &&ProposedSet| {
+        let mut names: Vec<&String> = set.effects.iter().map(|(choice, _)| &choice.effect).collect();
+        names.sort();
+        names.into_iter().eq(hidden)
+    };
+    let (always, regressed): (Vec<&ProposedSet>, Vec<&ProposedSet>) = sets.iter().partition(|set| set.always);
+    Ok(always.iter().any(is_true).then_some(0).or_else(|| regressed.iter().position(is_true)))
 }
 
 /// Whether the steps are exactly what is hidden, and whether each of it is near one.

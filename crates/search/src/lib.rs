@@ -79,7 +79,8 @@ pub use found::Found;
 pub use guide::{Entry, EntryForm, EntryParameter, guide, guide_of_own};
 pub use outcome::{
     Added, Beginnings, Blind, Candidate, Choice, Curve, Description, Diagnosis, Evidence, Finding, Gap, HeldFit, Lead,
-    Map, MissingForce, Parameter, Place, Profile, Remaining, Round, SensorTrace, Stage, Standing, Test, Trace, Verdict,
+    Map, MissingForce, Parameter, Place, Profile, ProposedSet, Remaining, Round, SensorTrace, Stage, Standing, Test,
+    Trace, Verdict,
 };
 pub use progress::Progress;
 pub use records::{FreeRun, RecordScore, StretchScore};

@@ -192,6 +192,15 @@ pub struct Choice {
     pub form: String,
 }
 
+/// A set of effects that is worth a fit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProposedSet {
+    /// The effects, each with its place.
+    pub effects: Vec<(Choice, Option<Site>)>,
+    /// It is tried whatever the regression says: dry friction where a mass rests, and what has no force to be regressed on.
+    pub always: bool,
+}
+
 /// How far a candidate has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -7,7 +7,7 @@ use super::effects::{DESCRIPTION, Form, follow_any_curve};
 use super::error::GapError;
 use super::fit::{Fitted, WHOLE};
 use super::judge::{Hypothesis, contains, parts};
-use super::outcome::Choice;
+use super::outcome::{Choice, ProposedSet, Stage};
 use super::parameters::{InnerValues, Parameters};
 use super::progress::Progress;
 use super::propose::{PresentModel, Proposal};
@@ -58,6 +58,49 @@ impl Search {
         Ok(Fitted::clone(&set.fitted))
     }
 
+    /// Sets of effects beside a fitted model in the order in which they are tried: what the regression says, what it cannot say, and
+    /// what has no force of its own to be regressed on, which is always tried.
+    fn proposals(&self, before: &Fitted, forms: &[Form], screened: &Screened, cancel: &Cancel) -> Vec<Proposal> {
+        let (composition, inner) = (&before.composition, &before.parameters.inner);
+        let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
+        let model = PresentModel::new(&self.data, composition, inner, cancel);
+        let mut proposals = model.propose(forms, self.data.constants.crumb);
+        proposals.retain(|p| p.forms.len() <= room);
+        proposals.extend(self.seen_along(&model, (forms, &screened.hits), &proposals));
+        proposals.splice(0..0, self.holding(before, &model, forms));
+        for form in forms.iter().filter(|form| form.is_outside()) {
+            let with = Self::with(composition, form);
+            let all = with.inner_after(composition, inner, &[]);
+            let coefficients = before.parameters.coefficients.clone();
+            let mut composition = with;
+            composition.scales = self.data.scales(&composition, &all, &self.smoothed_paths());
+            let shared = Parameters { coefficients, inner: all }.row();
+            proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
+        }
+        proposals
+    }
+
+    /// The sets of effects that a look at a stage may try beside its model, in that order. The order says what is likely; only what they
+    /// leave on data never fitted decides.
+    ///
+    /// # Errors
+    /// A stage that cannot be simulated; cancelled.
+    pub fn proposed(&self, stage: &Stage, cancel: &Cancel) -> Result<Vec<ProposedSet>, GapError> {
+        let before = self.fit_of(stage, cancel)?;
+        let motion = self.motion(&before, &stage.choices(), cancel)?;
+        let forms = self.forms(&before, &motion);
+        let screened = self.data.screen(&before, &motion, &forms, cancel);
+        let proposals = self.proposals(&before, &forms, &screened, cancel);
+        if cancel.is_cancelled() {
+            return Err(GapError::Cancelled);
+        }
+        let set = |p: &Proposal| ProposedSet {
+            effects: p.composition.forms.iter().map(|form| (choice(form), form.site)).collect(),
+            always: p.gain.is_infinite(),
+        };
+        Ok(proposals.iter().map(set).collect())
+    }
+
     /// Tries sets of effects beside a fitted model, each fitted to its end, and adds them to those tried before. False if
     /// cancelled.
     pub(super) fn try_beside(
@@ -70,23 +113,8 @@ impl Search {
     ) -> bool {
         let data = &self.data;
         let constants = &data.constants;
-        let (composition, inner) = (&before.composition, &before.parameters.inner);
-        let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
-        let model = PresentModel::new(data, composition, inner, cancel);
-        let mut proposals = model.propose(forms, constants.crumb);
-        proposals.retain(|p| p.forms.len() <= room);
-        proposals.extend(self.seen_along(&model, (forms, &screened.hits), &proposals));
-        proposals.splice(0..0, self.holding(before, &model, forms));
-        // What has no force of its own to be regressed on is always tried.
-        for form in forms.iter().filter(|form| form.is_outside()) {
-            let with = Self::with(composition, form);
-            let all = with.inner_after(composition, inner, &[]);
-            let coefficients = before.parameters.coefficients.clone();
-            let mut composition = with;
-            composition.scales = data.scales(&composition, &all, &self.smoothed_paths());
-            let shared = Parameters { coefficients, inner: all }.row();
-            proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
-        }
+        let composition = &before.composition;
+        let proposals = self.proposals(before, forms, screened, cancel);
         let likeliest = proposals.iter().map(|p| p.gain).filter(|g| g.is_finite()).fold(f64::NEG_INFINITY, f64::max);
         let single = |proposal: &Proposal| proposal.composition.forms.len() == composition.forms.len() + 1;
         tried.know(composition.forms.iter().chain(forms));

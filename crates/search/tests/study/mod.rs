@@ -1,7 +1,9 @@
 //! The study of hidden effects: the virtual rig hides one, the search is given the records alone.
 
+pub(crate) mod classics;
 pub(crate) mod experiments;
 pub(crate) mod places;
+pub(crate) mod proposals;
 pub(crate) mod two_masses;
 
 use std::collections::BTreeMap;
@@ -10,8 +12,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use sindyscope_core::study::Cancel;
-use sindyscope_rig::NoiseKind;
 use sindyscope_rig::hidden::{ExcitationKind, HiddenRequest, Instruments, Regime, draw, draw_in, exercised};
+use sindyscope_rig::{NoiseKind, Truth};
+
 use sindyscope_search::{Ask, Finding, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Usage};
 
@@ -78,6 +81,17 @@ pub(crate) fn tied(a: &str, b: &str) -> bool {
 }
 
 impl Case {
+    /// The data can tell: rich excitation, an effect of a hundredth of the spring force at least, and where a simpler one
+    /// is in it, a response that differs from that one's by more than noise may.
+    fn can_tell(&self, ratio: f64, trait_size: Option<f64>) -> bool {
+        let samples = self.periods.map_or(SAMPLES, |periods| (periods * SAMPLES_A_PERIOD) as f64);
+        self.regime.is_some()
+            || matches!(self.excitation, ExcitationKind::Multisine | ExcitationKind::SweepPair)
+                && ratio >= 0.01
+                && self.effects.iter().all(|e| exercised(e, self.excitation))
+                && trait_size.is_none_or(|size| samples * size * size >= TOLD)
+    }
+
     /// True if its data cannot tell two effects apart, or they are one.
     fn tied(&self, a: &str, b: &str) -> bool {
         let one_record = self.periods.is_some();
@@ -86,15 +100,8 @@ impl Case {
 }
 
 impl Result {
-    /// The data can tell: rich excitation, an effect of a hundredth of the spring force at least, and where a simpler one
-    /// is in it, a response that differs from that one's by more than noise may.
     pub(crate) fn tellable(&self) -> bool {
-        let samples = self.case.periods.map_or(SAMPLES, |periods| (periods * SAMPLES_A_PERIOD) as f64);
-        self.case.regime.is_some()
-            || matches!(self.case.excitation, ExcitationKind::Multisine | ExcitationKind::SweepPair)
-                && self.ratio >= 0.01
-                && self.case.effects.iter().all(|e| exercised(e, self.case.excitation))
-                && self.trait_size.is_none_or(|size| samples * size * size >= TOLD)
+        self.case.can_tell(self.ratio, self.trait_size)
     }
 
     /// One of the hidden effects is among the first so many of the ranking; nothing is found where nothing is hidden.
@@ -124,7 +131,16 @@ impl Result {
     }
 }
 
-pub(crate) fn run(case: &Case) -> Option<Result> {
+/// A case as the search is given it, and the truth.
+pub(crate) struct Drawn {
+    /// With the effects that were drawn.
+    pub(crate) case: Case,
+    pub(crate) truth: Truth,
+    pub(crate) records: RecordSet,
+    pub(crate) ask: Ask,
+}
+
+pub(crate) fn drawn(case: &Case) -> Option<Drawn> {
     let request = HiddenRequest {
         ratio: case.ratio,
         instruments: case.instruments,
@@ -138,7 +154,7 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
             return None;
         }
     };
-    let case = &Case { effects: hidden.truth.effects.clone(), ..case.clone() };
+    let case = Case { effects: hidden.truth.effects.clone(), ..case.clone() };
     let ask = Ask { base: hidden.base, ..Ask::default() };
     let (fit, held_out) = match case.periods {
         Some(periods) => (vec![hidden.fit.first()?.slice(0..periods * SAMPLES_A_PERIOD)], Vec::new()),
@@ -146,6 +162,21 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
     };
     let mut records = RecordSet::new(fit, Usage::Fit);
     records.add(held_out, Usage::HeldOut);
+    Some(Drawn { case, truth: hidden.truth, records, ask })
+}
+
+/// Missing over spring force, of the weakest effect.
+fn weakest(truth: &Truth) -> f64 {
+    truth.ratios.iter().copied().fold(truth.ratio, f64::min)
+}
+
+/// What an effect changes beyond the simpler one that it contains, RMS over the sensor's noise; none where it contains none.
+fn trait_size(truth: &Truth) -> Option<f64> {
+    truth.beyond_simpler.map(|size| size / truth.noise.max(1e-12))
+}
+
+pub(crate) fn run(case: &Case) -> Option<Result> {
+    let Drawn { case, truth, records, ask } = drawn(case)?;
     let started = Instant::now();
     let diagnosis = Search::new(&records, &ask).and_then(|s| s.diagnose(&|_| {}, &Cancel::default()));
     let milliseconds = 1e3 * started.elapsed().as_secs_f64();
@@ -169,15 +200,14 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
         })
         .unwrap_or_default();
     let leads = diagnosis.steps().into_iter().filter_map(|s| Some(s.round.lead.as_ref()?.difference)).reduce(f64::min);
-    let noise = hidden.truth.noise.max(1e-12);
-    let truth = case.effects.first();
+    let noise = truth.noise.max(1e-12);
+    let first_hidden = case.effects.first();
     let why = rounds
         .first()
-        .and_then(|r| r.candidates.iter().find(|c| truth.is_some_and(|t| case.tied(&c.choice.effect, t))))
+        .and_then(|r| r.candidates.iter().find(|c| first_hidden.is_some_and(|t| case.tied(&c.choice.effect, t))))
         .map_or_else(String::new, |c| format!("{} [{:.0} {:.2}]", c.why, c.delta_bic, c.explained));
     Some(Result {
-        case: case.clone(),
-        ratio: hidden.truth.ratios.iter().copied().fold(hidden.truth.ratio, f64::min),
+        ratio: weakest(&truth),
         verdict: diagnosis.verdict,
         steps: last.effects.iter().map(|e| e.choice.effect.clone()).collect(),
         others,
@@ -186,10 +216,11 @@ pub(crate) fn run(case: &Case) -> Option<Result> {
         last: last.gap.test_rmse? / noise,
         milliseconds,
         p_value: rounds.first()?.evidence.p_value,
-        trait_size: hidden.truth.beyond_simpler.map(|size| size / noise),
+        trait_size: trait_size(&truth),
         why,
         explained: diagnosis.explained,
         lead: leads,
+        case,
     })
 }
 

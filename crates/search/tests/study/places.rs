@@ -23,10 +23,19 @@ pub(crate) enum Found {
 /// A spring, damper, mass or effect of the rig's chain is so large, within these factors.
 const SPREAD: (f64, f64) = (0.6, 1.6);
 
-/// Hides friction, a cubic spring or nothing (in turn, by the seed) in a chain of two or three masses and searches for it.
+/// A chain whose places hide something.
+pub(crate) struct Chain {
+    pub(crate) records: RecordSet,
+    /// What is hidden in it and where, if anything is.
+    pub(crate) effect: &'static str,
+    pub(crate) site: String,
+    parameters: Vec<(String, f64)>,
+}
+
+/// Hides friction, a cubic spring or nothing (in turn, by the seed) in a chain of two or three masses.
 ///
 /// None if the chain that was drawn does not stay within bounds.
-pub(crate) fn draw(masses: usize, shown: SensedMotion, nothing: bool, seed: u64) -> Option<Found> {
+pub(crate) fn chain(masses: usize, shown: SensedMotion, nothing: bool, seed: u64) -> Option<Chain> {
     let mut random = Pcg64::seed_from_u64(1000 * masses as u64 + seed);
     let (scenario, places, usual): (_, &[&str], &[(&str, f64)]) = match masses {
         2 => (
@@ -68,12 +77,18 @@ pub(crate) fn draw(masses: usize, shown: SensedMotion, nothing: bool, seed: u64)
     };
     let mut records = RecordSet::new(record(2 * seed + 1, 10.0)?, Usage::Fit);
     records.add(record(2 * seed + 2, 5.0)?, Usage::HeldOut);
-    let found = Search::new(&records, &Ask::default()).ok()?.diagnose(&|_| {}, &Cancel::default()).ok()?;
     let site = match place {
         "12" => "1-2".to_owned(),
         "23" => "2-3".to_owned(),
         mass => format!("ground-{mass}"),
     };
+    Some(Chain { records, effect, site, parameters })
+}
+
+/// Searches for what a chain hides.
+pub(crate) fn draw(masses: usize, shown: SensedMotion, nothing: bool, seed: u64) -> Option<Found> {
+    let Chain { records, effect, site, parameters } = chain(masses, shown, nothing, seed)?;
+    let found = Search::new(&records, &Ask::default()).ok()?.diagnose(&|_| {}, &Cancel::default()).ok()?;
     let steps: Vec<(&str, String)> = found
         .stages
         .last()?

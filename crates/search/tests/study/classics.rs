@@ -1,0 +1,43 @@
+//! The oscillators that courses begin with, and what a linear base lacks of each.
+
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
+use sindyscope_search::Ask;
+use sindyscope_values::record::{Record, RecordSet, Usage};
+use sindyscope_values::term::list;
+
+/// A scenario of the rig, the size of its input or release, the linear base and the effects that this lacks.
+pub(crate) type Classic = (&'static str, f64, &'static str, &'static [&'static str]);
+
+pub(crate) const QUICK: &[Classic] = &[
+    ("van-der-pol-forced", 1.2, "x, v, u", &["displacement_dependent_damping"]),
+    ("pendulum", 1.15, "x, v, u", &["pendulum_restoring"]),
+    ("uneven-damper", 1.0, "x, v, u", &["bilinear_damping"]),
+    ("electrostatic", 1.0, "x, v, u", &["electrostatic_force"]),
+    ("absorber", 4.0, "x, v, u", &["second_mode"]),
+];
+pub(crate) const LONG: &[Classic] = &[
+    ("double-well", 0.4, "x, v, u", &["cubic_stiffness"]),
+    ("double-well-friction", 0.42, "x, v, u", &["coulomb_friction", "cubic_stiffness"]),
+    ("ueda", 7.5, "x, v, u", &["cubic_stiffness"]),
+    ("van-der-pol", 0.1, "x, v", &["displacement_dependent_damping"]),
+    ("rayleigh", 0.8, "x, v, u", &["cubic_damping"]),
+    ("friction-multisine", 0.001, "x, v, u, du", &["coulomb_friction"]),
+    ("mathieu", 0.1, "x, v", &["cubic_stiffness", "parametric_stiffness"]),
+    ("parametric-pendulum", 0.5, "x, v", &["parametric_stiffness", "pendulum_restoring"]),
+    ("belt", 1.0, "x, v", &["belt_friction"]),
+    ("hard-stop", 0.1, "x, v, u", &["one_sided_stop"]),
+    ("freeplay", 0.15, "x, v, u", &["clearance"]),
+    ("truss", 0.3, "x, v, u", &["oblique_springs"]),
+];
+
+/// Half a per cent of noise: one record is fitted, another with 0.85 of the input is held out.
+pub(crate) fn asked(&(scenario, size, base, _): &Classic, seed: u64) -> (RecordSet, Ask) {
+    let record = |seed, amplitude| -> Vec<Record> {
+        let noise = Some(Noise::ShareOfPeak(0.005));
+        let options = ScenarioOptions { seed, amplitude: Some(amplitude), noise, ..ScenarioOptions::default() };
+        generate(scenario, &options).unwrap().records
+    };
+    let mut records = RecordSet::new(record(seed, size), Usage::Fit);
+    records.add(record(seed + 100, 0.85 * size), Usage::HeldOut);
+    (records, Ask { base: Some(list(base).unwrap()), ..Ask::default() })
+}
