@@ -5,6 +5,8 @@ use sindyscope_values::term::{Expression, Layout, Symbol, Term};
 pub const DESCRIPTION: &str = "description";
 /// Degree of the products.
 const DEGREE: usize = 3;
+/// Degree of the powers of one quantity alone.
+const DEGREE_ALONE: usize = 5;
 /// Inputs, at most, that are multiplied: of more, only the motion is.
 const MOST_INPUTS: usize = 2;
 /// Displacement from which on the sine of it can be told from a line and a cube, rad.
@@ -20,8 +22,8 @@ struct DescriptionQuantity {
     is_angle: bool,
 }
 
-/// Every term that a description may have: products of displacement, velocity and input to the third degree, and their
-/// magnitudes, signs and sines times products to the second. They are no physics: what is found of them follows the data.
+/// Every term that a description may have: products of displacement, velocity and input to the third degree, their magnitudes, signs
+/// and sines times products to the second, and powers of each alone to the fifth. They are no physics: what is found of them follows the data.
 pub(crate) fn described(setting: &EffectSetting) -> Vec<Form> {
     let mut forms: Vec<Form> = Vec::new();
     let mut known: Vec<(Vec<usize>, Term)> = Vec::new();
@@ -85,6 +87,14 @@ fn terms(quantities: &[DescriptionQuantity]) -> Vec<(Term, Coefficient, ForceAxi
     for degree in 0..=DEGREE {
         for powers in products(quantities.len(), degree) {
             offer(&powers, None);
+        }
+    }
+    for k in 0..quantities.len() {
+        let alone =
+            |power: usize| -> Vec<usize> { (0..quantities.len()).map(|i| if i == k { power } else { 0 }).collect() };
+        (DEGREE + 1..=DEGREE_ALONE).for_each(|power| offer(&alone(power), None));
+        for power in DEGREE..DEGREE_ALONE {
+            offer(&alone(power), Some((quantities[k].value.clone().abs(), quantities[k].dimension, k)));
         }
     }
     for degree in 0..DEGREE {
@@ -152,7 +162,22 @@ mod tests {
             quantity(Symbol::Input(0), ForceAxis::Input(0)),
         ];
         let found: Vec<Term> = terms(&all).into_iter().map(|(term, ..)| term).collect();
-        for text in ["1", "x", "x*v*u", "x^2*u", "v^2", "x*|v|", "x*|x|", "v^2*sgn(x)", "sin(x)*v", "u*|v|", "|x|*v"] {
+        for text in [
+            "1",
+            "x",
+            "x*v*u",
+            "x^2*u",
+            "v^2",
+            "x*|v|",
+            "x*|x|",
+            "v^2*sgn(x)",
+            "sin(x)*v",
+            "u*|v|",
+            "|x|*v",
+            "v^5",
+            "v^4",
+            "v^3*|v|",
+        ] {
             let wanted = Term::parse(text).expect("a term");
             assert_eq!(found.iter().filter(|t| **t == wanted).count(), 1, "{text}");
         }
