@@ -21,10 +21,10 @@ pub(super) fn internal_states(
     let mut states: Vec<Option<Vec<Vec<f64>>>> =
         each.iter().map(|internals| integrate_linear(internals, &with(internals), clock, inputs, path)).collect();
     let others = (0..each.len()).filter(|k| states[*k].is_none());
-    let others: Vec<(usize, RatesAlong)> = others.map(|k| (k, RatesAlong::new(each[k], with(each[k])))).collect();
+    let others: Vec<(usize, CompiledRates)> = others.map(|k| (k, CompiledRates::new(each[k], with(each[k])))).collect();
     let alike = others.chunk_by(|(_, a), (_, b)| a.program.is_like(&b.program)).flat_map(|c| c.chunks(SIDE_BY_SIDE));
     for some in alike {
-        let rates: Vec<&RatesAlong> = some.iter().map(|(_, rates)| rates).collect();
+        let rates: Vec<&CompiledRates> = some.iter().map(|(_, rates)| rates).collect();
         let found = match rates.len() {
             1 => integrated::<1>(&rates, clock, inputs, path),
             _ => dispatch!(Level::new(), _simd => integrated::<SIDE_BY_SIDE>(&rates, clock, inputs, path)),
@@ -128,13 +128,13 @@ fn stepped<const N: usize>(parts: [&nalgebra::DMatrix<f64>; 3], forces: &[Vec<f6
 const MOST_LINEAR: usize = 4;
 
 /// The rates of internal states, compiled.
-struct RatesAlong {
+struct CompiledRates {
     layout: Layout,
     count: usize,
     program: Program,
 }
 
-impl RatesAlong {
+impl CompiledRates {
     fn new(internals: &[Equation], layout: Layout) -> Self {
         let part = |t: &WeightedTerm| {
             Expression::Product(vec![Expression::Number(t.coefficient), t.term.expression().clone()])
@@ -146,7 +146,7 @@ impl RatesAlong {
 }
 
 /// The motion and the inputs, and the slots that they have in a program.
-struct Motion<'a> {
+struct MotionSlots<'a> {
     clock: Clock,
     samples: usize,
     time: usize,
@@ -156,7 +156,7 @@ struct Motion<'a> {
     inputs: Vec<([usize; 2], [&'a [f64]; 2])>,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> MotionSlots<'a> {
     fn new(layout: &Layout, clock: Clock, inputs: &Inputs<'a>, path: &'a MotionPath) -> Self {
         let slots = |value: Symbol, rate: Symbol| [value, rate].map(|symbol| Program::address(layout, symbol));
         let states = path.x.iter().zip(&path.v).enumerate();
@@ -194,19 +194,19 @@ impl<'a> Motion<'a> {
 /// Internal states of equations that are alike, by the classical Runge–Kutta method, one step a sample.
 #[inline(always)] // into each width of registers
 fn integrated<const W: usize>(
-    rates: &[&RatesAlong],
+    rates: &[&CompiledRates],
     clock: Clock,
     inputs: &Inputs<'_>,
     path: &MotionPath,
 ) -> Vec<Vec<Vec<f64>>> {
-    let RatesAlong { layout, count, program } = rates[0];
+    let CompiledRates { layout, count, program } = rates[0];
     let (n, count) = (path.len(), *count);
     let mut slots: Vec<[f64; W]> = Vec::new();
     for place in 0..W {
         // A place that nobody has goes with the first.
         rates.get(place).unwrap_or(&rates[0]).program.prepare_beside(&mut slots, place);
     }
-    let motion = Motion::new(layout, clock, inputs, path);
+    let motion = MotionSlots::new(layout, clock, inputs, path);
     let z = Program::address(layout, Symbol::Internal(0));
     let h = clock.interval;
     let mut out = vec![vec![Vec::with_capacity(n); count]; rates.len()];

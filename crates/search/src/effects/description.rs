@@ -23,7 +23,8 @@ struct DescriptionQuantity {
 }
 
 /// Every term that a description may have: products of displacement, velocity and input to the third degree, their magnitudes, signs
-/// and sines times products to the second, and powers of each alone to the fifth. They are no physics: what is found of them follows the data.
+/// and sines times products to the second, and powers of each alone to the fifth. They are no physics: what is found of them follows
+/// the data.
 pub(crate) fn described(setting: &EffectSetting) -> Vec<Form> {
     let mut forms: Vec<Form> = Vec::new();
     let mut known: Vec<(Vec<usize>, Term)> = Vec::new();
