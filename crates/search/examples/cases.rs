@@ -88,17 +88,16 @@ fn score(folder: &Path, name: &str) -> Result<Score, Box<dyn Error>> {
     Ok(Score { first, in_three, wrong, proposed: before.is_some_and(|k| k < 12), seconds })
 }
 
-/// How many sets that the regression proposes stand before exactly what is hidden: none before what is always tried.
+/// How many sets stand before exactly what is hidden, as [`ProposedSet::before`] counts.
 fn proposed_before(search: &Search, hidden: &[String]) -> Result<Option<usize>, Box<dyn Error>> {
     let cancel = Cancel::default();
     let sets = search.proposed(&*search.base(&cancel)?, &cancel)?;
-    let is_true = |set: &&ProposedSet| {
+    let is_true = |set: &ProposedSet| {
         let mut names: Vec<&String> = set.effects.iter().map(|(choice, _)| &choice.effect).collect();
         names.sort();
         names.into_iter().eq(hidden)
     };
-    let (always, regressed): (Vec<&ProposedSet>, Vec<&ProposedSet>) = sets.iter().partition(|set| set.always);
-    Ok(always.iter().any(is_true).then_some(0).or_else(|| regressed.iter().position(is_true)))
+    Ok(ProposedSet::before(&sets, is_true))
 }
 
 /// Whether the steps are exactly what is hidden, and whether each of it is near one.

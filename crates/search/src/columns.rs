@@ -6,6 +6,9 @@ use sindyscope_core::simulate::Delays;
 use sindyscope_values::model::Equation;
 use sindyscope_values::term::{Expression, Kind, Layout, Program, SampleBlock, Term};
 
+/// Columns that are computed at once: each instruction serves all of them.
+pub(crate) const COLUMNS_AT_ONCE: usize = 8;
+
 /// Displacements and velocities along a record: `[mass][sample]`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MotionPath {

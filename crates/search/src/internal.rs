@@ -2,14 +2,12 @@
 
 use fearless_simd::{Level, dispatch};
 
-use super::columns::{Clock, Inputs, MotionPath};
+use super::columns::{COLUMNS_AT_ONCE, Clock, Inputs, MotionPath};
 use sindyscope_values::model::{Equation, WeightedTerm};
 use sindyscope_values::term::{Expression, Kind, Layout, Program, SampleBlock, Symbol};
 
-/// Equations that are alike but for their numbers, integrated at once.
-const SIDE_BY_SIDE: usize = 8;
-
-/// The internal states of each of several sets of equations: `[set][state][sample]`.
+/// The internal states of each of several sets of equations, those that are alike but for their numbers at once:
+/// `[set][state][sample]`.
 pub(super) fn internal_states(
     each: &[&[Equation]],
     layout: &Layout,
@@ -22,12 +20,12 @@ pub(super) fn internal_states(
         each.iter().map(|internals| integrate_linear(internals, &with(internals), clock, inputs, path)).collect();
     let others = (0..each.len()).filter(|k| states[*k].is_none());
     let others: Vec<(usize, CompiledRates)> = others.map(|k| (k, CompiledRates::new(each[k], with(each[k])))).collect();
-    let alike = others.chunk_by(|(_, a), (_, b)| a.program.is_like(&b.program)).flat_map(|c| c.chunks(SIDE_BY_SIDE));
+    let alike = others.chunk_by(|(_, a), (_, b)| a.program.is_like(&b.program)).flat_map(|c| c.chunks(COLUMNS_AT_ONCE));
     for some in alike {
         let rates: Vec<&CompiledRates> = some.iter().map(|(_, rates)| rates).collect();
         let found = match rates.len() {
             1 => integrated::<1>(&rates, clock, inputs, path),
-            _ => dispatch!(Level::new(), _simd => integrated::<SIDE_BY_SIDE>(&rates, clock, inputs, path)),
+            _ => dispatch!(Level::new(), _simd => integrated::<COLUMNS_AT_ONCE>(&rates, clock, inputs, path)),
         };
         some.iter().zip(found).for_each(|((k, _), found)| states[*k] = Some(found));
     }

@@ -11,6 +11,7 @@
 use fearless_simd::{Level, dispatch};
 use nalgebra::{DMatrix, DVector};
 
+use super::columns::COLUMNS_AT_ONCE;
 use sindyscope_core::refine::Output;
 use sindyscope_core::study::Cancel;
 
@@ -116,9 +117,6 @@ pub(super) struct Slopes {
     pub(super) damping: Vec<f64>,
 }
 
-/// Forces whose responses are computed at once.
-const SIDE_BY_SIDE: usize = 8;
-
 /// Most that one interval's negative damping may multiply a velocity by, as a logarithm.
 const SPUR: f64 = 1.0;
 
@@ -183,7 +181,7 @@ impl Variation {
     /// As [`Self::respond`] to each of several forces alone, appended to a series of its own.
     pub(super) fn respond_each(&self, forces: &[(usize, &[f64])], outputs: &[(Output, f64)], out: &mut [Vec<f64>]) {
         if let ([(Output::Displacement(0), weight)], [_]) = (outputs, self.oscillator.stiffness.as_slice()) {
-            let together = forces.chunks(SIDE_BY_SIDE).zip(out.chunks_mut(SIDE_BY_SIDE));
+            let together = forces.chunks(COLUMNS_AT_ONCE).zip(out.chunks_mut(COLUMNS_AT_ONCE));
             together.for_each(|(forces, out)| self.displace_each(forces, *weight, out));
             return;
         }
@@ -220,10 +218,11 @@ impl Variation {
             return self.displace(first, weight, out);
         }
         let samples = first.len();
-        let begins: [usize; SIDE_BY_SIDE] = std::array::from_fn(|w| out.get(w).map_or(0, Vec::len));
+        let begins: [usize; COLUMNS_AT_ONCE] = std::array::from_fn(|w| out.get(w).map_or(0, Vec::len));
         // A place that nobody has goes with the first.
-        let forces: [&[f64]; SIDE_BY_SIDE] = std::array::from_fn(|w| forces.get(w).map_or(*first, |(_, force)| *force));
-        let mut places: [&mut [f64]; SIDE_BY_SIDE] = std::array::from_fn(|_| <&mut [f64]>::default());
+        let forces: [&[f64]; COLUMNS_AT_ONCE] =
+            std::array::from_fn(|w| forces.get(w).map_or(*first, |(_, force)| *force));
+        let mut places: [&mut [f64]; COLUMNS_AT_ONCE] = std::array::from_fn(|_| <&mut [f64]>::default());
         for ((place, out), begin) in places.iter_mut().zip(out).zip(begins) {
             out.resize(begin + samples, 0.0);
             *place = &mut out[begin..];
@@ -232,14 +231,14 @@ impl Variation {
     }
 
     #[inline(always)] // into each width of registers
-    fn displace_here(&self, forces: [&[f64]; SIDE_BY_SIDE], weight: f64, out: &mut [&mut [f64]; SIDE_BY_SIDE]) {
+    fn displace_here(&self, forces: [&[f64]; COLUMNS_AT_ONCE], weight: f64, out: &mut [&mut [f64]; COLUMNS_AT_ONCE]) {
         let Oscillator { step, before, after, .. } = &self.oscillator;
         let samples = forces[0].len();
-        let (mut p, mut v) = ([0.0; SIDE_BY_SIDE], [0.0; SIDE_BY_SIDE]);
+        let (mut p, mut v) = ([0.0; COLUMNS_AT_ONCE], [0.0; COLUMNS_AT_ONCE]);
         for k in 1..samples {
             let left = self.left.get(k - 1).copied().unwrap_or(1.0);
             let pull = self.pull.get(k - 1).copied().unwrap_or(0.0);
-            for w in 0..SIDE_BY_SIDE {
+            for w in 0..COLUMNS_AT_ONCE {
                 let (now, then) = (forces[w][k - 1], forces[w][k]);
                 let kicked = left * v[w] - pull * p[w];
                 (p[w], v[w]) = (

@@ -201,6 +201,16 @@ pub struct ProposedSet {
     pub always: bool,
 }
 
+impl ProposedSet {
+    /// How many sets that the regression proposes stand before the first that is wanted, none before what is always tried; none if
+    /// no set is.
+    pub fn before(sets: &[Self], is_wanted: impl Fn(&Self) -> bool) -> Option<usize> {
+        let (always, regressed): (Vec<&Self>, Vec<&Self>) = sets.iter().partition(|set| set.always);
+        let tried = always.into_iter().any(&is_wanted).then_some(0);
+        tried.or_else(|| regressed.into_iter().position(is_wanted))
+    }
+}
+
 /// How far a candidate has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

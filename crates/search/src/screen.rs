@@ -6,7 +6,7 @@
 
 use sindyscope_core::parallel::prelude::*;
 
-use super::columns::{MotionPath, forces, forces_of_each};
+use super::columns::{COLUMNS_AT_ONCE, MotionPath, forces, forces_of_each};
 use super::constants::LARGEST_SET;
 use super::data::{Data, RecordSeries};
 use super::effects::{Addition, Form};
@@ -20,9 +20,6 @@ use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
 use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
 use sindyscope_core::study::Cancel;
-
-/// Additions whose columns are made together.
-const SIDE_BY_SIDE: usize = 8;
 
 /// The motion of every fitted record under a fitted model.
 pub(super) struct Motion {
@@ -364,7 +361,7 @@ impl Data {
             let columns = self.columns_of_each(&additions, &motion.measured, &motion.variations, present, simulated);
             some.iter().zip(columns).map(|((k, _), columns)| explain(&basis, &target, columns, &forms[*k])).collect()
         };
-        let together: Vec<&[(usize, Vec<f64>)]> = points.chunks(SIDE_BY_SIDE).collect();
+        let together: Vec<&[(usize, Vec<f64>)]> = points.chunks(COLUMNS_AT_ONCE).collect();
         let found: Vec<Option<f64>> = together.into_par_iter().flat_map_iter(explained).collect();
         let mut hits: Vec<Hit> = Vec::new();
         for k in 0..forms.len() {

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::gram::Gram;
 use super::pool::FormColumns;
-use super::rows::LANES;
 use super::sets::best_of;
 use super::{FoundSets, GridPoint, GridStep, Score, SetRegression};
+use crate::columns::COLUMNS_AT_ONCE;
 use crate::constants::LARGEST_SET;
 use crate::effects::{ForceAxis, Form};
 use crate::structure::Composed;
@@ -53,7 +53,7 @@ impl SetRegression<'_> {
             (left[0] < alone || left[1] < alone || exchanged || asked).then_some((left, columns, point))
         };
         let built: Vec<Built> = grid
-            .chunks(LANES)
+            .chunks(COLUMNS_AT_ONCE)
             .collect::<Vec<_>>()
             .into_par_iter()
             .flat_map_iter(|some| self.with_columns(some).into_iter().filter_map(useful))
@@ -145,7 +145,7 @@ impl SetRegression<'_> {
             about.insert(*p, from..points.len() + new.len());
         }
         let made: Vec<_> = new
-            .chunks(LANES)
+            .chunks(COLUMNS_AT_ONCE)
             .collect::<Vec<_>>()
             .into_par_iter()
             .flat_map_iter(|some| self.with_columns(some))

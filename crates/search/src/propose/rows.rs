@@ -1,5 +1,6 @@
 //! The weak form: an equation of motion averaged over test functions, whitened against the sensor's noise.
 
+use super::super::columns::COLUMNS_AT_ONCE;
 use super::super::constants::Constants;
 use super::super::data::Data;
 use super::path::MeasuredPath;
@@ -116,7 +117,7 @@ impl Rows {
     /// Makes rows independent, and the error that noise leaves in each of them one.
     pub(super) fn whiten(&self, columns: &mut [Vec<f64>]) {
         let mut lanes = Vec::new();
-        for some in columns.chunks_mut(LANES) {
+        for some in columns.chunks_mut(COLUMNS_AT_ONCE) {
             let mut from = 0;
             for part in &self.parts {
                 let rows = from..from + part.starts.len();
@@ -233,9 +234,6 @@ fn band_factor(band: &[f64], rows: usize) -> Vec<Vec<f64>> {
     factor
 }
 
-/// Columns that are whitened at once.
-pub(super) const LANES: usize = 8;
-
 /// A banded lower triangular matrix, as [`Self::forward`] reads it.
 #[derive(Debug)]
 struct BandedFactor {
@@ -259,7 +257,7 @@ impl BandedFactor {
 
     /// Solves for what the matrix makes the values of, in their place; several columns at once, as the matrix may be larger than
     /// what is near the processor.
-    fn forward(&self, values: &mut [[f64; LANES]]) {
+    fn forward(&self, values: &mut [[f64; COLUMNS_AT_ONCE]]) {
         for (i, row) in self.rows.chunks_exact(self.width).enumerate() {
             let first = (i + 1).saturating_sub(self.width);
             let (known, rest) = values.split_at_mut(i);
@@ -297,10 +295,11 @@ mod tests {
         assert_eq!(factor[rows - 1], factor[rows - 2]);
         let value = |i: usize, lane: usize| (0.3 * i as f64 + lane as f64).sin();
         let made = |i: usize, lane: usize| factor[i].iter().enumerate().map(|(d, f)| f * value(i - d, lane)).sum();
-        let mut values: Vec<[f64; LANES]> = (0..rows).map(|i| std::array::from_fn(|lane| made(i, lane))).collect();
+        let mut values: Vec<[f64; COLUMNS_AT_ONCE]> =
+            (0..rows).map(|i| std::array::from_fn(|lane| made(i, lane))).collect();
         BandedFactor::new(&factor).forward(&mut values);
         for (i, lanes) in values.iter().enumerate() {
-            assert!((0..LANES).all(|lane| (lanes[lane] - value(i, lane)).abs() < 1e-12), "{i}");
+            assert!((0..COLUMNS_AT_ONCE).all(|lane| (lanes[lane] - value(i, lane)).abs() < 1e-12), "{i}");
         }
     }
 

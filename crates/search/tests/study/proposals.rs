@@ -13,15 +13,13 @@ use super::{Case, Drawn, drawn, share, trait_size, weakest};
 /// What was drawn, in words, and how many sets stand before the true one; none if it is not among them.
 pub(crate) type Standing = (String, Option<usize>);
 
-/// How many sets that the regression proposes stand before the truth: none before what is always tried.
+/// How many sets stand before the truth, as [`ProposedSet::before`] counts.
 fn before(records: &RecordSet, ask: &Ask, is_true: impl Fn(&[(Choice, Option<Site>)]) -> bool) -> Option<usize> {
     let cancel = Cancel::default();
     let search = Search::new(records, ask).ok()?;
     let base = search.base(&cancel).ok()?;
     let sets = search.proposed(&base, &cancel).ok()?;
-    let (always, regressed): (Vec<&ProposedSet>, Vec<&ProposedSet>) = sets.iter().partition(|set| set.always);
-    let tried = always.iter().any(|set| is_true(&set.effects)).then_some(0);
-    tried.or_else(|| regressed.iter().position(|set| is_true(&set.effects)))
+    ProposedSet::before(&sets, |set| is_true(&set.effects))
 }
 
 /// Of the cases in which something is hidden that the data can tell.
