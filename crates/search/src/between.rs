@@ -94,7 +94,11 @@ impl Data {
     /// True if a fit leaves less than so many times the noise and what the inputs may do between their samples, on the data
     /// fitted and on those never fitted.
     pub(super) fn is_within(&self, fitted: &Fitted, times: (f64, f64), cancel: &Cancel) -> bool {
-        let within = |noise: f64| fitted.error() < times.0 * noise && fitted.held_out_error() < times.1 * noise;
-        within(self.noise) || within(self.noise_of(fitted, cancel))
+        let unseen = self.unseen_noise();
+        let within = |between: f64| {
+            fitted.error() < times.0 * self.noise.hypot(between)
+                && fitted.held_out_error() < times.1 * unseen.hypot(between)
+        };
+        within(0.0) || within(self.between_samples(fitted, cancel))
     }
 }

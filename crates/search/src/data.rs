@@ -324,10 +324,18 @@ impl Data {
         &self.series[self.fitted..]
     }
 
-    /// Standard deviation of the noise of a run's weighted residuals, without a model; not less than that of all fitted records.
+    /// Standard deviation of the noise of a run's weighted residuals, without a model; that of all fitted records where its own is not
+    /// known.
     pub(super) fn noise_in(&self, run: &Run) -> f64 {
         let own = self.series.iter().find(|s| Arc::ptr_eq(&s.grid, &run.grid)).map_or(0.0, |s| s.noise);
-        own.max(self.noise)
+        if own > 0.0 { own } else { self.noise }
+    }
+
+    /// Standard deviation of the noise of all that is never fitted, weighted; not less than that of the fitted records.
+    pub(super) fn unseen_noise(&self) -> f64 {
+        let samples = self.held_out().iter().map(RecordSeries::len).sum::<usize>().max(1) as f64;
+        let squares = self.held_out().iter().map(|s| s.len() as f64 * s.noise.powi(2)).sum::<f64>();
+        (squares / samples).sqrt().max(self.noise)
     }
 }
 

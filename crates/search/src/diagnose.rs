@@ -145,7 +145,8 @@ impl Search {
         let noise = self.data.noise_of(fitted, cancel);
         // One stop of a mass that rubs, more or less, says nothing against what holds it.
         let stops = forms.iter().any(Form::is_dry_friction);
-        if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * fitted.error().max(noise) {
+        let known = fitted.error().max(noise).max(self.data.unseen_noise());
+        if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * known {
             return Some(Doubt::Unseen);
         }
         if follow_any_curve(forms) {

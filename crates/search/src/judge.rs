@@ -250,12 +250,11 @@ impl Data {
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
-        // A sensor set to a larger range is noisier: a set must not lose there for having been surer.
+        // A sensor set to another range has other noise: a set must neither lose there for having been surer, nor win for it.
         let density = |run: &Run, errors: &[f64]| {
-            let (noise, here) = (self.noise.max(f64::MIN_POSITIVE), self.noise_in(run));
+            let noise = self.noise.max(f64::MIN_POSITIVE);
             let beside = (scale * scale - noise * noise).max(0.0).sqrt();
-            let scale = if here > noise { beside.hypot(scale.min(noise) / noise * here) } else { scale };
-            self.constants.density(errors, scale)
+            self.constants.density(errors, beside.hypot(scale.min(noise) / noise * self.noise_in(run)))
         };
         let blocks = |shared: &[f64], run: &Run| -> Vec<f64> {
             of(shared, run).iter().map(|errors| density(run, errors)).collect()
