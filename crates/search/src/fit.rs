@@ -10,7 +10,7 @@ use super::parameters::{InnerValues, Parameters};
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use sindyscope_core::refine::{
-    Bar, FitOptions, Goal, Landed, Output, Point, Refined, Run, climb, levels, refine, respond, shoot,
+    Bar, CHAOTIC_HALVINGS, FitOptions, Goal, Landed, Output, Point, Refined, Run, climb, levels, refine, respond, shoot,
 };
 use sindyscope_core::signal::{dot, mean_and_variance, rms};
 use sindyscope_core::sparse::OrthonormalBasis;
@@ -234,16 +234,27 @@ impl Data {
         let (steps, astray) = (self.constants.few_steps(), self.constants.unseen_ratio * error);
         let direct = shoot(composition, records, (shared, None), level, goal, steps);
         let top = levels(records, period);
-        let near = direct.as_ref().is_some_and(|d| d.error() < astray);
-        if near || top == 0 || level == 0 {
+        if direct.as_ref().is_some_and(|d| d.error() < astray) || top == 0 {
             return direct;
         }
-        // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments.
-        let first = shoot(composition, records, (shared, None), 0, goal, steps)?;
-        let longest = climb(composition, records, first, goal).into_iter().next_back();
+        // A record begun a little wrongly goes astray though the model is right: the beginning is found along segments, which are
+        // halved where one of them goes astray too.
+        let halved =
+            |times: usize| Goal { period: period / f64::from(1 << times), top: goal.top.saturating_add(times), ..goal };
+        let shortest = |times: usize| shoot(composition, records, (shared, None), 0, halved(times), steps);
+        let some_go_astray = |l: &Landed| l.error() >= astray && l.usual_error() < astray;
+        let mut first = if level == 0 { direct.clone() } else { None }.or_else(|| shortest(0))?;
+        let mut times = 0;
+        while times < CHAOTIC_HALVINGS
+            && some_go_astray(&first)
+            && let Some(shorter) = shortest(times + 1)
+        {
+            (first, times) = (shorter, times + 1);
+        }
+        let longest = climb(composition, records, first, halved(times)).pop();
         // A chaotic motion that is not one of the fitted records may be followed less far than those.
-        let chaotic = direct.as_ref().is_some_and(Landed::is_sensitive);
-        let reached = longest.filter(|l| l.level >= level.min(top) || chaotic && l.error() < astray);
+        let chaotic = |l: &Landed| l.is_sensitive() || direct.as_ref().is_some_and(Landed::is_sensitive);
+        let reached = longest.filter(|l| l.level >= level.min(top) + times || l.error() < astray && chaotic(l));
         match (direct, reached) {
             (Some(a), Some(b)) => Some(if b.refined.rss < a.refined.rss { b } else { a }),
             (a, b) => a.or(b),

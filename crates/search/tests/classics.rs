@@ -26,6 +26,10 @@ fn diagnosed(records: &RecordSet, ask: &Ask) -> (Vec<String>, Verdict) {
     (names, diagnosis.verdict)
 }
 
+fn called(scenario: &str) -> &'static Classic {
+    QUICK.iter().chain(LONG).find(|classic| classic.0 == scenario).unwrap()
+}
+
 fn named(classic: &Classic, seed: u64) {
     assert_eq!(
         found(classic, seed),
@@ -43,7 +47,23 @@ fn what_a_linear_base_lacks_of_a_classic_is_named() {
 #[test]
 fn a_segment_that_begins_near_a_separatrix_leads_no_fit_away() {
     // One of 32 left as much as all others together, and the cubic spring ended 7 % off: nothing was named.
-    named(&LONG[0], 11);
+    named(called("double-well"), 11);
+}
+
+#[test]
+fn a_record_never_fitted_is_held_against_noise_of_its_own() {
+    // Of 0.8 times that of the data fitted it favoured, by 71 nats, whichever set was surer of itself: a power law of 1.05.
+    assert_eq!(found(called("hard-stop"), 1).0, ["one_sided_stop"]);
+    // Of 1.6 times that, it was taken for something that stands behind the stop.
+    named(called("hard-stop"), 2);
+}
+
+#[test]
+fn a_stretch_never_fitted_that_begins_near_a_separatrix_says_nothing_against_a_name() {
+    // Its beginning, estimated over two periods, ended where the mass goes the other way: it is estimated over half as long first.
+    named(called("freeplay"), 5);
+    // Along whole records this motion parts from its neighbours, which a simulation that has lost it does not tell.
+    named(called("truss"), 6);
 }
 
 /// The names found in one record of which the end is held out, as the window opens a classic, and the verdict.
@@ -80,7 +100,7 @@ fn a_sine_is_not_taken_for_a_cubic_spring_that_predicts_one_steady_swing_better(
 
 #[test]
 fn springs_that_stand_a_little_higher_than_the_motion_goes_are_no_pair_of_powers() {
-    named(&LONG[11], 11);
+    named(called("truss"), 11);
 }
 
 #[test]

@@ -26,7 +26,7 @@ const SENSITIVITY_PARTS: usize = 8;
 /// Growth of that sensitivity from which on a motion counts as chaotic.
 const CHAOTIC_GROWTH: f64 = 30.0;
 /// How often the shortest segments of a chaotic motion are halved, at most.
-const CHAOTIC_HALVINGS: usize = 3;
+pub const CHAOTIC_HALVINGS: usize = 3;
 /// Where the shortest segments leave more than this many times the noise, the model itself is wrong and its horizon is not
 /// sought.
 const WRONG_MODEL_ERROR: f64 = 3.0;
@@ -77,6 +77,13 @@ impl Landed {
     pub fn error(&self) -> f64 {
         let freedom = self.refined.samples.saturating_sub(self.refined.passing()).max(1);
         (self.refined.rss / freedom as f64).sqrt()
+    }
+
+    /// Root of the mean squared residual of the run in the middle of all by it: what a few that go astray do not change.
+    pub fn usual_error(&self) -> f64 {
+        let mut squares: Vec<f64> = self.refined.residuals.iter().map(|e| dot(e, e) / e.len().max(1) as f64).collect();
+        squares.sort_by(f64::total_cmp);
+        squares.get(squares.len() / 2).map_or(0.0, |s| s.sqrt())
     }
 
     /// The fit as one to start from, found with a structure.

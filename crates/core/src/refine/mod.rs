@@ -29,7 +29,7 @@ use sindyscope_values::model::Model;
 
 pub(crate) use arrow::scaled_inverse;
 pub use fitter::{misfit, misfit_beside_jumps, refine, residuals_beside_jumps, respond};
-pub use horizon::{Before, Goal, Horizon, Landed, climb, cut, land, levels, look, sampled, shoot};
+pub use horizon::{Before, CHAOTIC_HALVINGS, Goal, Horizon, Landed, climb, cut, land, levels, look, sampled, shoot};
 pub(crate) use horizon::{holds, horizon};
 pub use statistics::{autoregression, inflation, lagged_products};
 
