@@ -365,8 +365,10 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     });
     // Along a chaotic motion the sum of squares has many local minima, and only a shorter fit tells whether this is the least.
     let sensitive = direct.as_ref().is_some_and(|d| d.is_sensitive());
-    let lands = direct.as_ref().is_some_and(|d| d.error() < MAX_ERROR_GROWTH * goal.noise) && !sensitive;
-    if lands || (goal.options.cancelled)() || top == 0 {
+    let near_noise = direct.as_ref().is_some_and(|d| holds(d.error(), goal.noise)) && !sensitive;
+    // A fit that falls still may be on its way to values beside a kink of the response from which no slope leads back.
+    let falls = direct.as_ref().is_some_and(|d| !d.refined.converged);
+    if near_noise && !falls || (goal.options.cancelled)() || top == 0 {
         return direct;
     }
     // What a rival leaves along whole records tells nothing of shorter segments, but that a fit which leaves more along two
@@ -393,7 +395,7 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         return direct;
     }
     // Where the whole record is followed as well as two periods of it, the model is wrong, not the fit.
-    if direct.as_ref().is_some_and(|d| d.error() < MAX_ERROR_GROWTH * first.error().max(goal.noise)) && !sensitive {
+    if direct.as_ref().is_some_and(|d| holds(d.error(), first.error().max(goal.noise))) && !sensitive && !near_noise {
         return direct;
     }
     let near = |fit: &Landed| fit.error() < WRONG_MODEL_ERROR * goal.noise;
