@@ -171,8 +171,10 @@ impl Search {
             let from = (reached.refined.point.shared.as_slice(), Some(reached.of(composition)));
             let longer = shoot(composition, &whole, from, reached.level + 1, goal, constants.steps);
             let Some(longer) = longer.filter(|l| !l.is_sensitive()) else { return true };
-            let much = longer.error() > constants.mattering() * noise;
-            if much && !reached.goes_on_in(&longer) {
+            let much = |noise: f64| longer.error() > constants.mattering() * noise;
+            // The longer a stretch, the more comes together of what inputs do between their samples.
+            let along = || self.data.unasked(composition.clone(), longer.clone(), cancel);
+            if much(noise) && !reached.goes_on_in(&longer) && much(self.data.noise_of(&along(), cancel)) {
                 return false;
             }
             reached = longer;
