@@ -502,8 +502,16 @@ impl Search {
                     .then(|| self.landed(composition, &shared(&first), Some(&Bar::default()), cancel))
                     .flatten(),
             };
-            let (again, by_stretches) = join(again, || self.by_stretches(fitted, cancel));
-            let landed = [again, by_stretches].into_iter().flatten().filter(|l| l.whole);
+            // What holds the best set and leaves more begins as that set, with nothing of what it has beside it.
+            let holds_best = || {
+                let nothing = Parameters { coefficients: vec![0.0; composition.terms()], inner: composition.middle() };
+                let start = composition.transferred(&nothing, &first.composition, &first.parameters).row();
+                self.landed(composition, &composition.clamped(&start), Some(&Bar::default()), cancel)
+            };
+            let lost = contains(forms, &tried.sets[best].forms, &tried.forms) && left(&tried.sets[k]) > least;
+            let begun = || join(again, || lost.then(holds_best).flatten());
+            let ((again, as_best), by_stretches) = join(begun, || self.by_stretches(fitted, cancel));
+            let landed = [again, as_best, by_stretches].into_iter().flatten().filter(|l| l.whole);
             let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));
             let landed = landed.filter(|l| l.refined.rss < left(&tried.sets[k]))?;
             Some((k, self.hypothesis(forms.clone(), self.data.judged(composition.clone(), landed, cancel), cancel)))

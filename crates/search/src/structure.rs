@@ -205,13 +205,18 @@ impl Composition {
     }
 
     /// Its parameters, those that another composition has too as they are there: coefficients of the same terms, and the inner
-    /// quantities of the same effects.
+    /// quantities of the same effects, or of the same name in a richer or simpler kind.
     pub(super) fn transferred(&self, own: &Parameters, other: &Self, others: &Parameters) -> Parameters {
         let mut next = own.clone();
         next.inner.equilibrium = others.inner.equilibrium.or(own.inner.equilibrium);
         for (form, inner) in self.forms.iter().zip(&mut next.inner.forms) {
             if let Some(k) = other.index_of(form) {
                 inner.clone_from(&others.inner.forms[k]);
+            } else if let Some(k) = other.forms.iter().position(|kind| kind.is_kin(form)) {
+                for (value, own) in inner.iter_mut().zip(&form.inner) {
+                    let same = other.forms[k].inner.iter().position(|quantity| quantity.name == own.name);
+                    *value = same.map_or(*value, |q| others.inner.forms[k][q].clamp(own.bounds.0, own.bounds.1));
+                }
             }
         }
         let there = other.compose(&others.inner).terms;

@@ -4,7 +4,7 @@
 #[path = "study/classics.rs"]
 mod drawn;
 
-use drawn::{Classic, LONG, QUICK, asked};
+use drawn::{Classic, LONG, QUICK, asked, asked_in};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
@@ -96,6 +96,13 @@ fn a_sine_is_not_taken_for_a_cubic_spring_that_predicts_one_steady_swing_better(
         let effects = ["parametric_stiffness", "pendulum_restoring"].map(str::to_owned).to_vec();
         assert_eq!(found_before(70.0, "parametric-pendulum", seed, Noise::ShareOfPeak(0.005)), (effects, verdict));
     }
+}
+
+#[test]
+fn a_richer_kind_that_lost_its_way_begins_again_as_the_simpler_one() {
+    // Friction that falls with the speed left eleven times what steady friction does, and a damper was named beside that.
+    let (records, ask) = asked_in(0.01, called("belt"), 4);
+    assert_eq!(diagnosed(&records, &ask), (vec!["belt_friction".to_owned()], Verdict::Named));
 }
 
 #[test]

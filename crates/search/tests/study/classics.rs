@@ -31,9 +31,14 @@ pub(crate) const LONG: &[Classic] = &[
 ];
 
 /// Half a per cent of noise: one record is fitted, another with 0.85 of the input is held out.
-pub(crate) fn asked(&(scenario, size, base, _): &Classic, seed: u64) -> (RecordSet, Ask) {
+pub(crate) fn asked(classic: &Classic, seed: u64) -> (RecordSet, Ask) {
+    asked_in(0.005, classic, seed)
+}
+
+/// The same with another share of noise.
+pub(crate) fn asked_in(share: f64, &(scenario, size, base, _): &Classic, seed: u64) -> (RecordSet, Ask) {
     let record = |seed, amplitude| -> Vec<Record> {
-        let noise = Some(Noise::ShareOfPeak(0.005));
+        let noise = Some(Noise::ShareOfPeak(share));
         let options = ScenarioOptions { seed, amplitude: Some(amplitude), noise, ..ScenarioOptions::default() };
         generate(scenario, &options).unwrap().records
     };
