@@ -242,7 +242,7 @@ impl Data {
         let halved =
             |times: usize| Goal { period: period / f64::from(1 << times), top: goal.top.saturating_add(times), ..goal };
         let shortest = |times: usize| shoot(composition, records, (shared, None), 0, halved(times), steps);
-        let some_go_astray = |l: &Landed| l.error() >= astray && l.usual_error() < astray;
+        let some_go_astray = |l: &Landed| l.error() >= astray && l.median_error() < astray;
         let mut first = if level == 0 { direct.clone() } else { None }.or_else(|| shortest(0))?;
         let mut times = 0;
         while times < CHAOTIC_HALVINGS

@@ -464,14 +464,14 @@ impl Search {
         let least = left(&tried.sets[best]);
         let forms = |k: usize| &tried.sets[k].forms;
         let part = |k: usize| contains(forms(best), forms(k), &tried.forms);
+        let lost = |k: usize| contains(forms(k), forms(best), &tried.forms) && left(&tried.sets[k]) > least;
         let mut near: Vec<usize> = order
             .into_iter()
             .filter(|k| {
                 let set = &tried.sets[*k];
-                let lost = contains(&set.forms, forms(best), &tried.forms) && left(set) > least;
                 let short = || left(set) < least && set.unborne.is_none() && self.landed_lower(set, tried).is_some();
                 !set.forms.is_empty()
-                    && (lost
+                    && (lost(*k)
                         || parts(&set.forms, &tried.forms) <= size && left(set) < constants.far_behind * least
                         || short())
             })
@@ -508,8 +508,7 @@ impl Search {
                 let start = composition.transferred(&nothing, &first.composition, &first.parameters).row();
                 self.landed(composition, &composition.clamped(&start), Some(&Bar::default()), cancel)
             };
-            let lost = contains(forms, &tried.sets[best].forms, &tried.forms) && left(&tried.sets[k]) > least;
-            let begun = || join(again, || lost.then(holds_best).flatten());
+            let begun = || join(again, || lost(k).then(holds_best).flatten());
             let ((again, as_best), by_stretches) = join(begun, || self.by_stretches(fitted, cancel));
             let landed = [again, as_best, by_stretches].into_iter().flatten().filter(|l| l.whole);
             let landed = landed.min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss));

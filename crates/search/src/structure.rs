@@ -205,7 +205,7 @@ impl Composition {
     }
 
     /// Its parameters, those that another composition has too as they are there: coefficients of the same terms, and the inner
-    /// quantities of the same effects, or of the same name in a richer or simpler kind.
+    /// quantities of the same effects, or of the same name in another kind of one.
     pub(super) fn transferred(&self, own: &Parameters, other: &Self, others: &Parameters) -> Parameters {
         let mut next = own.clone();
         next.inner.equilibrium = others.inner.equilibrium.or(own.inner.equilibrium);

@@ -79,8 +79,8 @@ impl Landed {
         (self.refined.rss / freedom as f64).sqrt()
     }
 
-    /// Root of the mean squared residual of the run in the middle of all by it: what a few that go astray do not change.
-    pub fn usual_error(&self) -> f64 {
+    /// Median over the runs of their root mean squared residual: a few that go astray do not change it.
+    pub fn median_error(&self) -> f64 {
         let mut squares: Vec<f64> = self.refined.residuals.iter().map(|e| dot(e, e) / e.len().max(1) as f64).collect();
         squares.sort_by(f64::total_cmp);
         squares.get(squares.len() / 2).map_or(0.0, |s| s.sqrt())
