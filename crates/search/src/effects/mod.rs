@@ -330,7 +330,8 @@ impl Form {
 
     /// True if the other is a special or limiting case of it on the same masses.
     pub(crate) fn includes(&self, other: &Self) -> bool {
-        self.contains.contains(&other.effect) && !self.is_elsewhere(other)
+        let another = self.effect != other.effect || self.form != other.form;
+        another && self.contains.contains(&other.effect) && !self.is_elsewhere(other)
     }
 
     /// Every combination of the inner grids.
@@ -418,7 +419,8 @@ impl Form {
 
     /// True if the other is a special case of it at the same place. A sensor's zero, free in each record, is more than a force.
     pub(crate) fn is_richer_kind_of(&self, other: &Self) -> bool {
-        self.contains.contains(&other.effect) && self.form == other.form && !self.sample().offset
+        let alike = self.form == other.form || self.effect == other.effect;
+        alike && self.includes(other) && !self.sample().offset
     }
 
     /// The name with the form behind it.

@@ -204,14 +204,15 @@ fn contacts(frame: &Frame, forms: &mut Vec<Form>) {
 }
 
 fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
+    let several = setting.masses() > 1;
     for frame in setting.springs() {
         let spring = Term::new(frame.r());
-        // Of an angle that turns over and over nothing else may be there to hold it.
-        let replaced: Vec<Term> = Some(spring).filter(|spring| setting.has(spring, frame.site)).into_iter().collect();
-        if !setting.swings(&frame, 0.05) || setting.has(&Term::new(frame.r().sin()), frame.site) {
+        let sine = Term::new(frame.r().sin());
+        let sprung = setting.has(&spring, frame.site);
+        if !setting.swings(&frame, 0.05) || setting.has(&sine, frame.site) {
             continue;
         }
-        forms.push(Form {
+        let one = Form {
             effect: "pendulum_restoring",
             title: "Pendulum restoring force",
             explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
@@ -223,11 +224,34 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
             inner: Vec::new(),
             contains: &[],
             axis: ForceAxis::Displacement,
-            build: shared(move |_| Addition {
-                terms: vec![Term::new(frame.r().sin())],
-                replaces: replaced.clone(),
-                ..Addition::default()
-            }),
-        });
+            build: {
+                let (spring, sine) = (spring.clone(), sine.clone());
+                // Of an angle that turns over and over nothing else may be there to hold it.
+                let replaced = if sprung { vec![spring] } else { Vec::new() };
+                shared(move |_| Addition {
+                    terms: vec![sine.clone()],
+                    replaces: replaced.clone(),
+                    ..Addition::default()
+                })
+            },
+        };
+        // Up to a radian a spring and a sine are a spring with a cubic part. What couples several masses is such a spring.
+        if sprung && setting.swings(&frame, 1.0) {
+            forms.push(Form {
+                explanation: "Gravity on a pendulum that a spring holds too, upright or hanging: the torque goes with the sine of the angle.",
+                formula: r"-(g/l)\,\sin r-k\,r\quad\text{in place of the spring}",
+                form: if several { format!("{}, beside a spring", frame.form) } else { "beside a spring".to_owned() },
+                coefficients: vec![coefficient("g/l", 0, -2, Direction::Any), coefficient("k", 0, -2, Direction::Against)],
+                contains: &["cubic_stiffness", "pendulum_restoring"],
+                // The spring is the effect's own: that it is there is asked of the data too.
+                build: shared(move |_| Addition {
+                    terms: vec![sine.clone(), spring.clone()],
+                    replaces: vec![spring.clone()],
+                    ..Addition::default()
+                }),
+                ..one.clone()
+            });
+        }
+        forms.push(one);
     }
 }
