@@ -413,11 +413,51 @@ impl Search {
         exchanged.retain(|other| tried.place(other).is_none() && !follows_any(other));
         exchanged.sort();
         exchanged.dedup();
+        let curves = if explains { self.other_curves(&base, &set, &fitted, tried, cancel) } else { Vec::new() };
+        exchanged.retain(|other| !curves.iter().any(|(curve, _)| curve == other));
         let exchanged = exchanged.into_iter().map(|other| (other, Arc::clone(&fitted))).collect();
         let before = tried.sets.len();
         let exchanged = self.fit_each(&base, exchanged, tried, cancel);
-        tried.sets.extend(exchanged);
+        let lost = |landed: &Landed| self.has_lost(landed, tried);
+        let fit = |(set, start)| self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel);
+        let curves: Vec<_> = curves.into_par_iter().map(fit).collect();
+        tried.sets.extend(exchanged.into_iter().chain(curves.into_iter().flatten()));
         tried.sets.len() > before
+    }
+
+    /// Sets that have another curve in the place of what a set has over the same quantity, one of free shape or several effects, and
+    /// along the motion that this set simulates explain next to as much. The measured motion is smoothed, and with it every kink:
+    /// there the regression prefers the smoother of two curves.
+    fn other_curves(
+        &self,
+        base: &Fitted,
+        set: &[usize],
+        fitted: &Fitted,
+        tried: &Tried,
+        cancel: &Cancel,
+    ) -> Vec<(Vec<usize>, Proposal)> {
+        let forms = &tried.forms;
+        let mut others: Vec<Vec<usize>> = Vec::new();
+        for new in (0..forms.len()).filter(|new| forms[*new].is_curve_of_free_shape()) {
+            let (alike, mut other): (Vec<usize>, Vec<usize>) =
+                set.iter().partition(|old| forms[new].acts_like(&forms[**old]));
+            if alike.len() > 1 || alike.iter().any(|old| forms[*old].is_curve_of_free_shape()) {
+                other.push(new);
+                other.sort_unstable();
+                others.push(other);
+            }
+        }
+        others.retain(|other| tried.place(other).is_none());
+        let Some(paths) = self.data.simulated_paths(fitted).filter(|_| !others.is_empty()) else { return Vec::new() };
+        let model = PresentModel::along(&paths, &self.data, &base.composition, &base.parameters.inner, cancel);
+        let start = |set: &[usize]| model.exactly(&set.iter().map(|k| tried.forms[*k].clone()).collect::<Vec<_>>());
+        let Some(own) = start(set) else { return Vec::new() };
+        let all_but_little = 1.0 - self.data.constants.little_gain;
+        let near = |other: Vec<usize>| {
+            let explains = |start: &Proposal| model.explained(start.gain) >= all_but_little * model.explained(own.gain);
+            Some((other.clone(), start(&other).filter(explains)?))
+        };
+        others.into_par_iter().filter_map(near).collect()
     }
 
     /// Where the fit of a set starts: all that it shares with another one as that has it, the rest from the regression.

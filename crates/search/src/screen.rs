@@ -13,6 +13,7 @@ use super::effects::{Addition, Form};
 use super::fit::{Fitted, Followed};
 use super::motion::{Sensing, Smoothed, Variation, smooth};
 use super::outcome::Beginnings;
+use super::propose::MeasuredPath;
 use super::site::{Placed, accelerations};
 use super::structure::Composition;
 use sindyscope_core::refine::{Output, Structure as _};
@@ -90,6 +91,18 @@ impl Data {
             path.v.iter_mut().zip(rest).for_each(|(path, v)| path.extend_from_slice(v));
         }
         Some(path)
+    }
+
+    /// The motion along each fitted record as a model simulates it, at rest where the measured one is; none where it does not follow a
+    /// record to its end.
+    pub(super) fn simulated_paths(&self, fitted: &Fitted) -> Option<Vec<MeasuredPath>> {
+        let path = |(s, Followed { beginnings, .. }): (&RecordSeries, Followed)| {
+            self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &beginnings)
+        };
+        let paths = self.fit().iter().zip(fitted.followed()).map(path).zip(self.measured_paths());
+        paths
+            .map(|(path, MeasuredPath { stuck, .. })| Some(MeasuredPath { path: path?, stuck: stuck.clone() }))
+            .collect()
     }
 
     /// The motion under a fitted model.

@@ -130,7 +130,9 @@ impl PresentModel<'_> {
             return None;
         }
         let from_there = InnerValues { equilibrium: Some(point), ..self.inner.clone() };
-        PresentModel::new(self.data, self.present, &from_there, self.cancel).together(forms).map(|(start, _)| start)
+        PresentModel::along(self.paths, self.data, self.present, &from_there, self.cancel)
+            .together(forms)
+            .map(|(start, _)| start)
     }
 
     /// The start of exactly these forms together beside the model; none where the data cannot tell their columns apart.

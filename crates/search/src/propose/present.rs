@@ -20,7 +20,7 @@ pub(in super::super) struct PresentModel<'a> {
     pub(super) cancel: &'a Cancel,
     pub(super) present: &'a Composition,
     pub(super) inner: &'a InnerValues,
-    paths: &'a [MeasuredPath],
+    pub(super) paths: &'a [MeasuredPath],
     pub(super) rows: Rows,
     /// The target, then the model's own columns.
     pub(super) base: Vec<Vec<f64>>,
@@ -33,14 +33,24 @@ pub(in super::super) struct PresentModel<'a> {
 }
 
 impl<'a> PresentModel<'a> {
-    /// The model with these inner values; its rows are whitened against the sensors' noise.
+    /// The model with these inner values along the measured motion; its rows are whitened against the sensors' noise.
     pub(in super::super) fn new(
         data: &'a Data,
         present: &'a Composition,
         inner: &'a InnerValues,
         cancel: &'a Cancel,
     ) -> Self {
-        let paths = data.measured_paths();
+        Self::along(data.measured_paths(), data, present, inner, cancel)
+    }
+
+    /// The same along the motion of each fitted record as something else has it.
+    pub(in super::super) fn along(
+        paths: &'a [MeasuredPath],
+        data: &'a Data,
+        present: &'a Composition,
+        inner: &'a InnerValues,
+        cancel: &'a Cancel,
+    ) -> Self {
         let rows = Rows::new(data, paths);
         let (composed, base, dampers) = (present.compose(inner), Vec::new(), Vec::new());
         let mut new = Self { data, cancel, present, inner, paths, rows, base, constants: 0, composed, dampers };
@@ -89,6 +99,11 @@ impl<'a> PresentModel<'a> {
         self.constants = columns.len() - 1;
         columns.extend(self.columns(&self.composed));
         columns
+    }
+
+    /// The share of what the model leaves in the rows that a gain in log density explains.
+    pub(in super::super) fn explained(&self, gain: f64) -> f64 {
+        1.0 - (-2.0 * gain / (self.rows.worth * self.rows.len() as f64)).exp()
     }
 
     /// A constant force on each mass in each record: to first order what a shifted zero of its sensor does. Not
