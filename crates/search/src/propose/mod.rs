@@ -101,7 +101,8 @@ impl PresentModel<'_> {
         if self.cancel.is_cancelled() {
             return Vec::new();
         }
-        let mut sets = ranked(&found, forms, crumb, &self.data.constants);
+        let mut sets: Vec<_> = regression.overlooked(&found, &mut points).into_iter().collect();
+        sets.extend(ranked(&found, forms, crumb, &self.data.constants));
         sets.extend(regression.common(&points));
         sets.extend(regression.leaving_least(&found, &mut points));
         let mut known: Vec<Vec<usize>> = Vec::new();

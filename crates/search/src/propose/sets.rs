@@ -173,6 +173,25 @@ impl SetRegression<'_> {
         near.into_iter().map(|set| (predictive(&set), set)).collect()
     }
 
+    /// The single effect that leaves least where all rows count at once, if that is far less than every single one that was found
+    /// leaves. The blocks that are left out in turn speak against a stop if one of them holds most of what hits it: the others know
+    /// too little of it. It is as likely as what was found first.
+    pub(super) fn overlooked(&mut self, found: &FoundSets, points: &mut Vec<GridPoint>) -> Option<(f64, Vec<usize>)> {
+        let constants = &self.model.data.constants;
+        let gram = self.gram();
+        let left = |set: &[usize]| gram.solve(&self.columns_of(set, points)).map_or(f64::INFINITY, |s| s.left);
+        let known =
+            best_of(found, 1, constants.proposals_of(1)).iter().map(|set| left(set)).fold(f64::INFINITY, f64::min);
+        let singles = (0..points.len()).map(|p| vec![p]).collect();
+        let mut least = FoundSets::new();
+        self.note(&gram, points, singles, &mut least, Score::AllRows);
+        let first = best_of(&least, 1, 1).into_iter().find(|set| constants.far_behind * left(set) < known)?;
+        least.retain(|_, (_, set)| *set == first);
+        self.zoom(points, &mut least, 1, Score::AllRows);
+        let score = found.values().map(|(score, _)| *score).fold(f64::NEG_INFINITY, f64::max);
+        least.into_values().next().map(|(_, set)| (score, set))
+    }
+
     /// True if what a set leaves is next to as little as the least, where all rows count at once.
     fn is_near(&self, left: f64, least: f64) -> bool {
         let rows = self.model.rows.worth * self.model.rows.len() as f64;
