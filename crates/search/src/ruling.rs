@@ -417,14 +417,17 @@ impl Search {
     }
 
     /// The effects of a set, the one that is missed least last: of those that rivals dispute if there are any, but for those that are
-    /// in doubt of their place alone.
+    /// in doubt of their place alone. Where nothing explains the data, what is met most often comes first of those that are disputed.
     fn order_of(&self, tried: &Tried, set: &Hypothesis, cancel: &Cancel) -> Vec<Choice> {
         let in_doubt = tried.disputed(|rival, own| rival.effect == own.effect);
+        let wrong = !self.explains(&set.fitted, tried.coloured.rms, cancel);
+        let uncommon = |c: &Choice| tried.forms.iter().any(|form| choice(form) == *c && !form.is_common());
         let mut left = tried.choices(set);
         let mut order = Vec::new();
         while !left.is_empty() {
             let disputed: Vec<Choice> = left.iter().filter(|c| in_doubt.contains(c)).cloned().collect();
-            let among = if disputed.is_empty() { left.clone() } else { disputed };
+            let guessed: Vec<Choice> = disputed.iter().filter(|c| wrong && uncommon(c)).cloned().collect();
+            let among = [guessed, disputed].into_iter().find(|some| !some.is_empty()).unwrap_or_else(|| left.clone());
             let without = |c: &Choice| -> f64 {
                 let rest: Vec<Choice> = left.iter().filter(|l| *l != c).cloned().collect();
                 self.known(&rest).map_or(f64::INFINITY, |f| self.asked(&f, cancel).held_out_error())
