@@ -107,6 +107,36 @@ static TURNED_PENDULUM: PlantKind = PlantKind {
     units: ("rad", "rad/s^2"),
 };
 
+/// `θ̈ + cθ̇ + kθ − a sin θ = u`: a pendulum that stands upright, held by a spring.
+static UPRIGHT_PENDULUM: PlantKind = PlantKind {
+    parameters: &[
+        parameter("a", 2.0, "1/s^2", "gravity over length"),
+        parameter("k", 2.6, "1/s^2", "stiffness of the spring over the moment of inertia"),
+        parameter("c", 0.15, "1/s", "damping"),
+    ],
+    build: |p| smooth([(x().sin(), p[0]), (x(), -p[1]), (v(), -p[2]), (u(), 1.0)]),
+    units: ("rad", "rad/s^2"),
+};
+
+/// `θ̈₁ + cθ̇₁ + a sin θ₁ + k(θ₁ − θ₂) = u` and `θ̈₂ + cθ̇₂ + a sin θ₂ + k(θ₂ − θ₁) = 0`: two pendula with a spring between them.
+static COUPLED_PENDULA: PlantKind = PlantKind {
+    parameters: &[
+        parameter("a", 1.0, "1/s^2", "gravity over length"),
+        parameter("k", 0.2, "1/s^2", "stiffness of the spring over the moment of inertia"),
+        parameter("c", 0.05, "1/s", "damping"),
+    ],
+    build: |p| {
+        let hanging = |own: usize, other: usize, torque: f64| {
+            let [angle, beside] = [own, other].map(|k| Expression::from(Symbol::State(k)));
+            let rate = Expression::from(Symbol::Rate(own));
+            let parts = [(angle.clone().sin(), -p[0]), (angle, -p[1]), (beside, p[1]), (rate, -p[2]), (u(), torque)];
+            Equation::known(parts.into_iter().filter(|(_, c)| *c != 0.0).map(|(e, c)| (Term::new(e), c)))
+        };
+        Plant::smooth(Model::second_order(2, vec![hanging(0, 1, 1.0), hanging(1, 0, 0.0)]))
+    },
+    units: ("rad", "rad/s^2"),
+};
+
 /// A mass on a spring that a belt drags along, with friction that falls with the speed across the contact.
 static BELT: PlantKind = PlantKind {
     parameters: &[
@@ -250,7 +280,7 @@ const HYSTERESIS: Scenario = Scenario {
 };
 
 /// The scenarios.
-pub(super) static CLASSICS: [Scenario; 20] = [
+pub(super) static CLASSICS: [Scenario; 22] = [
     Scenario {
         // P. Holmes, Phil. Trans. R. Soc. A 292 (1979) 419; F. C. Moon, P. J. Holmes, J. Sound Vib. 65 (1979) 275.
         name: "double-well",
@@ -348,6 +378,30 @@ pub(super) static CLASSICS: [Scenario; 20] = [
         frequencies: &[turns(0.7)],
         sensor: Sensor { noise: Noise::Deviation(0.01), ..Sensor::PERFECT },
         plant: &TURNED_PENDULUM,
+        ..TONE
+    },
+    Scenario {
+        name: "upright-pendulum",
+        summary: "an upright pendulum that a spring holds, random-phase multisine torque",
+        excitation_kind: ScenarioExcitation::Multisine,
+        duration: 150.0,
+        amplitude: 1.0,
+        frequencies: &[0.02, 0.5],
+        lines: 25,
+        initial: &[0.0; 2],
+        plant: &UPRIGHT_PENDULUM,
+        ..TONE
+    },
+    Scenario {
+        name: "coupled-pendula",
+        summary: "two pendula with a spring between them, random-phase multisine torque on the first",
+        excitation_kind: ScenarioExcitation::Multisine,
+        duration: 150.0,
+        amplitude: 0.5,
+        frequencies: &[0.02, 0.5],
+        lines: 25,
+        initial: &[0.0; 4],
+        plant: &COUPLED_PENDULA,
         ..TONE
     },
     Scenario {

@@ -8,7 +8,7 @@ use drawn::{Classic, LONG, QUICK, asked, asked_in};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
-use sindyscope_values::record::{RecordSet, Role, Usage};
+use sindyscope_values::record::{Record, RecordSet, Role, Usage};
 use sindyscope_values::term::list;
 
 /// The names found and the verdict.
@@ -64,6 +64,46 @@ fn a_stretch_never_fitted_that_begins_near_a_separatrix_says_nothing_against_a_n
     named(called("freeplay"), 5);
     // Along whole records this motion parts from its neighbours, which a simulation that has lost it does not tell.
     named(called("truss"), 6);
+}
+
+#[test]
+fn pendula_with_a_spring_between_them_are_named_both() {
+    // A sine in the place of a pendulum's own spring took the one between them away too: a cubic spring was named for one of them.
+    named(called("coupled-pendula"), 3);
+}
+
+#[test]
+fn a_stop_is_proposed_though_the_record_s_other_parts_cannot_tell_its_stiffness() {
+    // One block of rows holds most of the hits, and left out it spoke against any stop: the best were cubic and quadratic springs.
+    let (records, ask) = asked_in(0.01, called("hard-stop"), 4);
+    assert_eq!(diagnosed(&records, &ask), (vec!["one_sided_stop".to_owned()], Verdict::Named));
+}
+
+#[test]
+fn of_two_curves_the_smoother_one_is_not_taken_for_the_other_where_samples_are_few() {
+    // Twelve samples a period: the smoothed displacement has no kink, and oblique springs alone were fitted.
+    let record = |seed, amplitude| -> Vec<Record> {
+        let parameters =
+            [("k", 0.0), ("c", 0.1), ("kc", 4.0), ("d", 0.3)].map(|(name, value)| (name.to_owned(), value));
+        let options = ScenarioOptions {
+            seed,
+            amplitude: Some(amplitude),
+            noise: Some(Noise::ShareOfPeak(0.005)),
+            rate: Some(2.5),
+            duration: Some(300.0),
+            frequencies: Some(vec![0.2, 0.2]),
+            lines: Some(1),
+            parameters: parameters.to_vec(),
+            ..ScenarioOptions::default()
+        };
+        generate("freeplay", &options).unwrap().records
+    };
+    for seed in [1, 2] {
+        let mut records = RecordSet::new(record(seed, 1.2), Usage::Fit);
+        records.add(record(seed + 100, 1.02), Usage::HeldOut);
+        let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+        assert_eq!(diagnosed(&records, &ask), (vec!["clearance".to_owned()], Verdict::Named), "{seed}");
+    }
 }
 
 /// The names found in one record of which the end is held out, as the window opens a classic, and the verdict.

@@ -11,6 +11,7 @@ pub(crate) type Classic = (&'static str, f64, &'static str, &'static [&'static s
 pub(crate) const QUICK: &[Classic] = &[
     ("van-der-pol-forced", 1.2, "x, v, u", &["displacement_dependent_damping"]),
     ("pendulum", 1.15, "x, v, u", &["pendulum_restoring"]),
+    ("upright-pendulum", 1.0, "x, v, u", &["pendulum_restoring"]),
     ("uneven-damper", 1.0, "x, v, u", &["bilinear_damping"]),
     ("electrostatic", 1.0, "x, v, u", &["electrostatic_force"]),
     ("absorber", 4.0, "x, v, u", &["second_mode"]),
@@ -24,6 +25,7 @@ pub(crate) const LONG: &[Classic] = &[
     ("friction-multisine", 0.001, "x, v, u, du", &["coulomb_friction"]),
     ("mathieu", 0.1, "x, v", &["cubic_stiffness", "parametric_stiffness"]),
     ("parametric-pendulum", 0.5, "x, v", &["parametric_stiffness", "pendulum_restoring"]),
+    ("coupled-pendula", 0.5, "x1, x2, v1, v2, u", &["pendulum_restoring", "pendulum_restoring"]),
     ("belt", 1.0, "x, v", &["belt_friction"]),
     ("hard-stop", 0.1, "x, v, u", &["one_sided_stop"]),
     ("freeplay", 0.15, "x, v, u", &["clearance"]),
