@@ -235,6 +235,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
                 })
             },
         };
+        forms.push(one.clone());
         // Up to a radian a spring and a sine are a spring with a cubic part. What couples several masses is such a spring.
         if sprung && setting.swings(&frame, 1.0) {
             forms.push(Form {
@@ -249,9 +250,8 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
                     replaces: vec![spring.clone()],
                     ..Addition::default()
                 }),
-                ..one.clone()
+                ..one
             });
         }
-        forms.push(one);
     }
 }
