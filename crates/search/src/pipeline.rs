@@ -413,22 +413,22 @@ impl Search {
         exchanged.retain(|other| tried.place(other).is_none() && !follows_any(other));
         exchanged.sort();
         exchanged.dedup();
-        let curves = if explains { self.other_curves(&base, &set, &fitted, tried, cancel) } else { Vec::new() };
-        exchanged.retain(|other| !curves.iter().any(|(curve, _)| curve == other));
+        let kinked = if explains { self.kinked_instead(&base, &set, &fitted, tried, cancel) } else { Vec::new() };
+        exchanged.retain(|other| !kinked.iter().any(|(set, _)| set == other));
         let exchanged = exchanged.into_iter().map(|other| (other, Arc::clone(&fitted))).collect();
         let before = tried.sets.len();
         let exchanged = self.fit_each(&base, exchanged, tried, cancel);
         let lost = |landed: &Landed| self.has_lost(landed, tried);
         let fit = |(set, start)| self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel);
-        let curves: Vec<_> = curves.into_par_iter().map(fit).collect();
-        tried.sets.extend(exchanged.into_iter().chain(curves.into_iter().flatten()));
+        let kinked: Vec<_> = kinked.into_par_iter().map(fit).collect();
+        tried.sets.extend(exchanged.into_iter().chain(kinked.into_iter().flatten()));
         tried.sets.len() > before
     }
 
-    /// Sets that have another curve in the place of what a set has over the same quantity, one of free shape or several effects, and
-    /// along the motion that this set simulates explain next to as much. The measured motion is smoothed, and with it every kink:
-    /// there the regression prefers the smoother of two curves.
-    fn other_curves(
+    /// Sets that have a curve with a kink in the place of smooth ones of a set over the same quantity, be it one of free shape or several
+    /// effects, and along the motion that this set simulates explain next to as much. The measured motion is smoothed, and with it
+    /// every kink: there the regression prefers the smoother of two curves.
+    fn kinked_instead(
         &self,
         base: &Fitted,
         set: &[usize],
@@ -438,10 +438,12 @@ impl Search {
     ) -> Vec<(Vec<usize>, Proposal)> {
         let forms = &tried.forms;
         let mut others: Vec<Vec<usize>> = Vec::new();
-        for new in (0..forms.len()).filter(|new| forms[*new].is_curve_of_free_shape()) {
+        let is_kinked = |k: &usize| forms[*k].is_curve_of_free_shape() && forms[*k].has_a_kink();
+        for new in (0..forms.len()).filter(is_kinked) {
             let (alike, mut other): (Vec<usize>, Vec<usize>) =
                 set.iter().partition(|old| forms[new].acts_like(&forms[**old]));
-            if alike.len() > 1 || alike.iter().any(|old| forms[*old].is_curve_of_free_shape()) {
+            let free = alike.len() > 1 || alike.iter().any(|old| forms[*old].is_curve_of_free_shape());
+            if free && !alike.iter().any(|old| forms[*old].has_a_kink()) {
                 other.push(new);
                 other.sort_unstable();
                 others.push(other);

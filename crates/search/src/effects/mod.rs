@@ -417,6 +417,14 @@ impl Form {
         over_motion && !self.inner.is_empty() && self.addition(&self.middle()).internals.is_empty()
     }
 
+    /// True if its force has a kink over the motion, as that of a contact.
+    pub(crate) fn has_a_kink(&self) -> bool {
+        let mut found = false;
+        let mut see = |e: &Expression| found |= matches!(e, Expression::Call(Function::Max | Function::DeadZone, _));
+        self.addition(&self.middle()).terms.iter().for_each(|t| t.term.expression().visit(&mut see));
+        found
+    }
+
     /// True if the other is a special case of it at the same place. A sensor's zero, free in each record, is more than a force.
     pub(crate) fn is_richer_kind_of(&self, other: &Self) -> bool {
         let alike = self.form == other.form || self.effect == other.effect;
