@@ -450,7 +450,10 @@ impl Search {
             }
         }
         others.retain(|other| tried.place(other).is_none());
-        let Some(paths) = self.data.simulated_paths(fitted).filter(|_| !others.is_empty()) else { return Vec::new() };
+        if others.is_empty() {
+            return Vec::new();
+        }
+        let Some(paths) = self.data.simulated_paths(fitted) else { return Vec::new() };
         let model = PresentModel::along(&paths, &self.data, &base.composition, &base.parameters.inner, cancel);
         let start = |set: &[usize]| model.exactly(&set.iter().map(|k| tried.forms[*k].clone()).collect::<Vec<_>>());
         let Some(own) = start(set) else { return Vec::new() };

@@ -96,13 +96,14 @@ impl Data {
     /// The motion along each fitted record as a model simulates it, at rest where the measured one is; none where it does not follow a
     /// record to its end.
     pub(super) fn simulated_paths(&self, fitted: &Fitted) -> Option<Vec<MeasuredPath>> {
-        let path = |(s, Followed { beginnings, .. }): (&RecordSeries, Followed)| {
-            self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &beginnings)
+        let followed = fitted.followed();
+        let records = self.fit().iter().zip(followed).zip(self.measured_paths());
+        let simulated = |((s, followed), measured): ((&RecordSeries, Followed), &MeasuredPath)| {
+            let path = self.path_along(&fitted.composition, &fitted.refined.point.shared, s, &followed.beginnings)?;
+            let whole = path.x.iter().chain(&path.v).all(|x| x.len() == s.len());
+            whole.then(|| MeasuredPath { path, stuck: measured.stuck.clone() })
         };
-        let paths = self.fit().iter().zip(fitted.followed()).map(path).zip(self.measured_paths());
-        paths
-            .map(|(path, MeasuredPath { stuck, .. })| Some(MeasuredPath { path: path?, stuck: stuck.clone() }))
-            .collect()
+        records.map(simulated).collect()
     }
 
     /// The motion under a fitted model.

@@ -212,7 +212,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
         if !setting.swings(&frame, 0.05) || setting.has(&sine, frame.site) {
             continue;
         }
-        let one = Form {
+        let alone = Form {
             effect: "pendulum_restoring",
             title: "Pendulum restoring force",
             explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
@@ -235,7 +235,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
                 })
             },
         };
-        forms.push(one.clone());
+        forms.push(alone.clone());
         // Up to a radian a spring and a sine are a spring with a cubic part. What couples several masses is such a spring.
         if sprung && setting.swings(&frame, 1.0) {
             forms.push(Form {
@@ -250,7 +250,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
                     replaces: vec![spring.clone()],
                     ..Addition::default()
                 }),
-                ..one
+                ..alone
             });
         }
     }
