@@ -37,12 +37,7 @@ SYSTEMS = {
     "mathieu": (None, {"parametric_stiffness", "cubic_stiffness"}, "x, v", 0.1),
     "parametric-pendulum": (None, {"parametric_stiffness", "pendulum_restoring"}, "x, v", 0.5),
     "upright-pendulum": ({"x", "sin(x)", "v", "u"}, {"pendulum_restoring"}, "x, v, u", 1.0),
-    "coupled-pendula": (
-        {"v1: x1", "v1: x2", "v1: sin(x1)", "v1: v1", "v1: u", "v2: x1", "v2: x2", "v2: sin(x2)", "v2: v2"},
-        {"pendulum_restoring"},
-        "x1, x2, v1, v2, u",
-        0.5,
-    ),
+    "coupled-pendula": (None, {"pendulum_restoring"}, "x1, x2, v1, v2, u", 0.5),
     "belt": (None, {"belt_friction"}, "x, v", 1.0),
     "hard-stop": (None, {"one_sided_stop"}, "x, v, u", 0.1),
     "freeplay": (None, {"clearance"}, "x, v, u", 0.15),
