@@ -215,7 +215,7 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
         let alone = Form {
             effect: "pendulum_restoring",
             title: "Pendulum restoring force",
-            explanation: "Gravity on a pendulum: the restoring torque goes with the sine of the angle, in place of the spring.",
+            explanation: "Gravity on a pendulum: the torque goes with the sine of the angle, in place of the spring or beside it.",
             separates: "swings beyond one radian",
             formula: r"-(g/l)\,\sin r\quad\text{in place of the spring}",
             form: frame.form.clone(),
@@ -239,10 +239,12 @@ fn pendulum(setting: &EffectSetting, forms: &mut Vec<Form>) {
         // Up to a radian a spring and a sine are a spring with a cubic part. What couples several masses is such a spring.
         if sprung && setting.swings(&frame, 1.0) {
             forms.push(Form {
-                explanation: "Gravity on a pendulum that a spring holds too, upright or hanging: the torque goes with the sine of the angle.",
                 formula: r"-(g/l)\,\sin r-k\,r\quad\text{in place of the spring}",
                 form: if several { format!("{}, beside a spring", frame.form) } else { "beside a spring".to_owned() },
-                coefficients: vec![coefficient("g/l", 0, -2, Direction::Any), coefficient("k", 0, -2, Direction::Against)],
+                coefficients: vec![
+                    coefficient("g/l", 0, -2, Direction::Any),
+                    coefficient("k", 0, -2, Direction::Against),
+                ],
                 contains: &["cubic_stiffness", "pendulum_restoring"],
                 // The spring is the effect's own: that it is there is asked of the data too.
                 build: shared(move |_| Addition {
