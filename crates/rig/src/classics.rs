@@ -254,6 +254,15 @@ const TONE: Scenario = Scenario { rate: 20.0, duration: 250.0, initial: &[0.1, 0
 const LINES: Scenario =
     Scenario { excitation_kind: ScenarioExcitation::Multisine, rate: 200.0, duration: 40.0, lines: 40, ..BASIS };
 
+/// The same about a radian a second.
+const SLOW_LINES: Scenario = Scenario {
+    excitation_kind: ScenarioExcitation::Multisine,
+    duration: 150.0,
+    frequencies: &[0.02, 0.5],
+    lines: 25,
+    ..TONE
+};
+
 /// Frequency of an angular frequency, Hz.
 const fn turns(omega: f64) -> f64 {
     omega / std::f64::consts::TAU
@@ -383,26 +392,18 @@ pub(super) static CLASSICS: [Scenario; 22] = [
     Scenario {
         name: "upright-pendulum",
         summary: "an upright pendulum that a spring holds, random-phase multisine torque",
-        excitation_kind: ScenarioExcitation::Multisine,
-        duration: 150.0,
         amplitude: 1.0,
-        frequencies: &[0.02, 0.5],
-        lines: 25,
         initial: &[0.0; 2],
         plant: &UPRIGHT_PENDULUM,
-        ..TONE
+        ..SLOW_LINES
     },
     Scenario {
         name: "coupled-pendula",
         summary: "two pendula with a spring between them, random-phase multisine torque on the first",
-        excitation_kind: ScenarioExcitation::Multisine,
-        duration: 150.0,
         amplitude: 0.5,
-        frequencies: &[0.02, 0.5],
-        lines: 25,
         initial: &[0.0; 4],
         plant: &COUPLED_PENDULA,
-        ..TONE
+        ..SLOW_LINES
     },
     Scenario {
         // R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Nonlinear Dynamics 16 (1998) 41.

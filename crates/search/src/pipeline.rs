@@ -264,12 +264,21 @@ impl Search {
             return Vec::new();
         }
         let model = PresentModel::new(&self.data, &base.composition, &base.parameters.inner, cancel);
-        let lost = |landed: &Landed| self.has_lost(landed, tried);
-        let fit = |(set, other): (Vec<usize>, Arc<Fitted>)| {
-            let start = self.sharing(base, &model, &other, &set, tried).filter(|_| !cancel.is_cancelled())?;
-            self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel)
+        let start = |(set, other): (Vec<usize>, Arc<Fitted>)| {
+            let start = self.sharing(base, &model, &other, &set, tried)?;
+            Some((set, start))
         };
-        sets.into_par_iter().map(fit).collect::<Vec<_>>().into_iter().flatten().collect()
+        self.fit_from(sets.into_par_iter().filter_map(start).collect(), tried, cancel)
+    }
+
+    /// The same from starts that are known.
+    fn fit_from(&self, starts: Vec<(Vec<usize>, Proposal)>, tried: &Tried, cancel: &Cancel) -> Vec<Hypothesis> {
+        let lost = |landed: &Landed| self.has_lost(landed, tried);
+        let fit = |(set, start): (Vec<usize>, Proposal)| {
+            let fit = || self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel);
+            (!cancel.is_cancelled()).then(fit).flatten()
+        };
+        starts.into_par_iter().filter_map(fit).collect()
     }
 
     /// True if a fit leaves so much more on the data fitted than one that was tried, and than noise, that it has lost whatever it
@@ -418,10 +427,8 @@ impl Search {
         let exchanged = exchanged.into_iter().map(|other| (other, Arc::clone(&fitted))).collect();
         let before = tried.sets.len();
         let exchanged = self.fit_each(&base, exchanged, tried, cancel);
-        let lost = |landed: &Landed| self.has_lost(landed, tried);
-        let fit = |(set, start)| self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel);
-        let kinked: Vec<_> = kinked.into_par_iter().map(fit).collect();
-        tried.sets.extend(exchanged.into_iter().chain(kinked.into_iter().flatten()));
+        let kinked = self.fit_from(kinked, tried, cancel);
+        tried.sets.extend(exchanged.into_iter().chain(kinked));
         tried.sets.len() > before
     }
 
@@ -455,7 +462,7 @@ impl Search {
         }
         let Some(paths) = self.data.simulated_paths(fitted) else { return Vec::new() };
         let model = PresentModel::along(&paths, &self.data, &base.composition, &base.parameters.inner, cancel);
-        let start = |set: &[usize]| model.exactly(&set.iter().map(|k| tried.forms[*k].clone()).collect::<Vec<_>>());
+        let start = |set: &[usize]| model.exactly(&set.iter().map(|k| forms[*k].clone()).collect::<Vec<_>>());
         let Some(own) = start(set) else { return Vec::new() };
         let all_but_little = 1.0 - self.data.constants.little_gain;
         let near = |other: Vec<usize>| {
