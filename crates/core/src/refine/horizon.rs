@@ -316,12 +316,15 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
     let bound = MAX_ERROR_GROWTH * first.error().max(goal.noise);
     let motion = motion(whole);
     let mut held = vec![first];
+    // A whole record of a chaotic motion is no step away from shorter ones.
+    let mut parts = false;
     while let Some(last) = held.last().filter(|l| l.level < top && !(goal.options.cancelled)()) {
         let shared = last.refined.point.shared.clone();
         // From a good start the whole record is one step away.
         let runs = cut(whole, goal.period, top);
         let point = start(structure, &runs, &shared, Some(last.of(structure)), top < levels(whole, goal.period));
-        let near = last.level + 1 < top
+        let near = !parts
+            && last.level + 1 < top
             && misfit(
                 structure,
                 &runs,
@@ -332,8 +335,9 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
             .is_some_and(|rss| rss < (DIRECT_FIT_ERROR * motion).powi(2) * last.refined.samples as f64);
         let at_once = near
             .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
-            .flatten()
-            .filter(|l| l.error() < bound);
+            .flatten();
+        parts |= at_once.as_ref().is_some_and(Landed::is_sensitive);
+        let at_once = at_once.filter(|l| l.error() < bound);
         let next = at_once.or_else(|| {
             let doubled = |steps: usize| {
                 shoot(structure, whole, (&shared, Some(last.of(structure))), last.level + 1, goal, steps)

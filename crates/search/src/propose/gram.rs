@@ -13,7 +13,7 @@ const RIDGE: f64 = 1e-9;
 const LEAST_VARIANCE: f64 = 0.2;
 
 /// Products of columns, over all rows and over each block. Column 0 is the target.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Gram {
     total: DMatrix<f64>,
     blocks: Vec<(f64, DMatrix<f64>)>,
@@ -29,30 +29,37 @@ pub(super) struct GramSolution {
 impl Gram {
     /// Of a cancelled search the products are not all there.
     pub(super) fn new(columns: &[Vec<f64>], blocks: &[std::ops::Range<usize>], cancel: &Cancel) -> Self {
-        let blocks: Vec<(f64, DMatrix<f64>)> = blocks
-            .into_par_iter()
-            .filter(|_| !cancel.is_cancelled())
-            .map(|rows| {
-                let mut products = DMatrix::zeros(columns.len(), columns.len());
-                // Not in tiles, which each processor adds up otherwise: where a fit lands may hang on the last digit of its start.
-                let part = |k: usize| &columns[k][rows.clone()];
-                let mut of_column = Vec::new();
-                for j in 0..columns.len() {
-                    if cancel.is_cancelled() {
-                        break;
-                    }
-                    of_column.clear();
-                    dots(part(j), (0..=j).map(part), &mut of_column);
-                    for (i, product) in of_column.iter().enumerate() {
-                        (products[(i, j)], products[(j, i)]) = (*product, *product);
-                    }
+        let mut gram = Self::default();
+        gram.extend(columns, blocks, cancel);
+        gram
+    }
+
+    /// Takes in the columns behind those that it knows; the rows and blocks are those of before.
+    pub(super) fn extend(&mut self, columns: &[Vec<f64>], blocks: &[std::ops::Range<usize>], cancel: &Cancel) {
+        let (before, count) = (self.total.ncols(), columns.len());
+        if before == count {
+            return;
+        }
+        self.blocks.resize_with(blocks.len(), || (0.0, DMatrix::zeros(0, 0)));
+        self.blocks.par_iter_mut().zip(blocks.par_iter()).for_each(|((length, products), rows)| {
+            *length = rows.len() as f64;
+            *products = std::mem::take(products).resize(count, count, 0.0);
+            // Not in tiles, which each processor adds up otherwise: where a fit lands may hang on the last digit of its start.
+            let part = |k: usize| &columns[k][rows.clone()];
+            let mut of_column = Vec::new();
+            for j in before..count {
+                if cancel.is_cancelled() {
+                    break;
                 }
-                (rows.len() as f64, products)
-            })
-            .collect();
-        let zero = DMatrix::zeros(columns.len(), columns.len());
-        let total = blocks.iter().fold(zero, |sum, (_, block)| sum + block);
-        Self { total, blocks }
+                of_column.clear();
+                dots(part(j), (0..=j).map(part), &mut of_column);
+                for (i, product) in of_column.iter().enumerate() {
+                    (products[(i, j)], products[(j, i)]) = (*product, *product);
+                }
+            }
+        });
+        let zero = DMatrix::zeros(count, count);
+        self.total = self.blocks.iter().fold(zero, |sum, (_, block)| sum + block);
     }
 
     /// The same with further columns behind, over all rows alone; `columns` are those of before.
@@ -158,5 +165,16 @@ mod tests {
         let solution = gram.solve(&[1, 2]).expect("independent columns");
         assert!((solution.coefficients[0] - 2.0).abs() < 1e-6 && solution.left.abs() < 1e-6);
         assert!(gram.predictive(&[1, 2], 1.0) > gram.predictive(&[1], 1.0));
+    }
+
+    #[test]
+    fn columns_that_come_later_have_the_same_products() {
+        let column = |k: usize| (0..50).map(|i| (0.1 * (i * k) as f64).sin()).collect::<Vec<f64>>();
+        let all: Vec<Vec<f64>> = (1..12).map(column).collect();
+        let (blocks, cancel) = ([0..20, 20..50], Cancel::default());
+        let at_once = Gram::new(&all, &blocks, &cancel);
+        let mut later = Gram::new(&all[..5], &blocks, &cancel);
+        later.extend(&all, &blocks, &cancel);
+        assert_eq!((later.total, later.blocks), (at_once.total, at_once.blocks));
     }
 }

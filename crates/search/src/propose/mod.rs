@@ -17,6 +17,7 @@ mod sets;
 mod turning;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::data::RecordSeries;
 use super::effects::Form;
@@ -72,6 +73,8 @@ struct SetRegression<'a> {
     scales: Vec<f64>,
     /// The present model's columns, then those of effects.
     pool: Vec<Vec<f64>>,
+    /// The products of those of the pool's columns that were there when it was last asked for.
+    gram: Arc<Gram>,
     /// The zero of a force that repeats with every turn is open.
     turning: bool,
 }

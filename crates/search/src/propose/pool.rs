@@ -1,5 +1,7 @@
 //! The present model and the effects as columns of one regression.
 
+use std::sync::Arc;
+
 use super::gram::Gram;
 use super::{GridPoint, PresentModel, SetRegression};
 use crate::effects::Form;
@@ -27,7 +29,7 @@ impl FormColumns {
 
 impl<'a> SetRegression<'a> {
     pub(super) fn new(model: &'a PresentModel<'a>, forms: &'a [Form]) -> Self {
-        let mut new = Self { model, forms, scales: Vec::new(), pool: Vec::new(), turning: false };
+        let mut new = Self { model, forms, scales: Vec::new(), pool: Vec::new(), gram: Arc::default(), turning: false };
         new.turning = new.has_open_turns();
         model.base.iter().for_each(|column| new.push(column.clone()));
         new
@@ -87,8 +89,10 @@ impl<'a> SetRegression<'a> {
         (FormColumns::Along(own), replaces, 0)
     }
 
-    pub(super) fn gram(&self) -> Gram {
-        Gram::new(&self.pool, &self.model.rows.blocks, self.model.cancel)
+    /// The products of all columns of the pool: those of columns that came since it was last asked for are made now.
+    pub(super) fn gram(&mut self) -> Arc<Gram> {
+        Arc::make_mut(&mut self.gram).extend(&self.pool, &self.model.rows.blocks, self.model.cancel);
+        Arc::clone(&self.gram)
     }
 
     /// The columns of a set: the base's that are not replaced, then each effect's.

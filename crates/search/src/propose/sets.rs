@@ -28,6 +28,8 @@ impl SetRegression<'_> {
             }
         }
         self.note(&gram, points, thirds, &mut found, Score::LeftOut);
+        // Held on to, it would be copied where columns are added to it.
+        drop(gram);
         self.zoom(points, &mut found, self.model.data.constants.zoomed, Score::LeftOut);
         found
     }
@@ -159,7 +161,8 @@ impl SetRegression<'_> {
         }
         let mut least = FoundSets::new();
         let sets = found.values().map(|(_, set)| set).filter(|set| set.len() < LARGEST_SET).cloned().collect();
-        self.note(&self.gram(), points, sets, &mut least, Score::AllRows);
+        let gram = self.gram();
+        self.note(&gram, points, sets, &mut least, Score::AllRows);
         self.zoom(points, &mut least, constants.pairs_extended, Score::AllRows);
         let gram = self.gram();
         let left = |set: &Vec<usize>| gram.solve(&self.columns_of(set, points)).map_or(f64::INFINITY, |s| s.left);
@@ -200,7 +203,7 @@ impl SetRegression<'_> {
 
     /// Of effects that are met most often, the sets of each size that leave least, with those that leave next to as little. All
     /// rows count at once: in a decay the rows that are left out in turn are the only ones of their amplitude.
-    pub(super) fn common(&self, points: &[GridPoint]) -> Vec<(f64, Vec<usize>)> {
+    pub(super) fn common(&mut self, points: &[GridPoint]) -> Vec<(f64, Vec<usize>)> {
         let gram = self.gram();
         let of_common: Vec<usize> = (0..points.len()).filter(|p| self.forms[points[*p].form].is_common()).collect();
         let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
