@@ -106,6 +106,28 @@ impl Constants {
         own.level >= others.level && speaks
     }
 
+    /// True if a set beats another, or leads it and the data fitted along records as long speak for the same one by more than a lead,
+    /// a parameter more counted as half the logarithm of their number (G. Schwarz, Annals of Statistics 6 (1978) 461). As in
+    /// [`makes_up`](Self::makes_up), a set explains the data (`explained`) and blocks alone do not tell.
+    fn settles(&self, set: &Hypothesis, other: &Hypothesis, least: f64, explained: bool) -> bool {
+        let (own, others) = (&set.fitted, &other.fitted);
+        let more = own.composition.parameters() as f64 - others.composition.parameters() as f64;
+        self.beats(set, other, least)
+            || explained
+                && set.sum() - other.sum() > least
+                && own.refitted.is_empty()
+                && own.level >= others.level
+                && own.likelier(others) - 0.5 * more * (own.refined.samples as f64).ln() > self.lead
+    }
+
+    /// True if the data fitted tell a richer kind of an effect from the simpler one that it contains: by as much as that its further
+    /// quantity is so many standard errors from where it is the simpler one. The standard error alone, a slope's, says too little
+    /// where the motion is chaotic (W. Meeker, L. Escobar, The American Statistician 49 (1995) 48).
+    fn tells_apart(&self, richer: &Hypothesis, simpler: &Hypothesis) -> bool {
+        let (richer, simpler) = (&richer.fitted, &simpler.fitted);
+        richer.level != simpler.level || richer.likelier(simpler) > 0.5 * self.amplitude_errors.powi(2)
+    }
+
     /// The sum that a set must lead another by that it is more than.
     pub(super) fn least_lead(&self, single_tone: bool) -> f64 {
         if single_tone { self.lead_on_one_tone * self.lead } else { self.lead }
@@ -176,13 +198,24 @@ pub(super) fn judge(
     unknown: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
 ) -> Ruling {
     let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
+    // That a sensor's zero is free in each record is no part of it that data bear or not.
+    let frees_a_zero = |richer: &Hypothesis, simpler: &Hypothesis| {
+        richer.forms.iter().any(|k| !simpler.forms.contains(k) && forms[*k].is_offset())
+    };
+    let borne = |set: &Hypothesis| {
+        let simpler = |other: &&Hypothesis| {
+            let as_many = other.forms.len() == set.forms.len() && contains(&set.forms, &other.forms, forms);
+            as_many && other.unborne.is_none() && !frees_a_zero(set, other)
+        };
+        set.unborne.is_none() && sets.iter().filter(simpler).all(|other| constants.tells_apart(set, other))
+    };
     let stands = |k: usize| {
         let set = &sets[k];
         let part = |other: &&Hypothesis| contains(&set.forms, &other.forms, forms);
         let fewer = |other: &&Hypothesis| other.forms.len() < set.forms.len();
         let enough = |other: &Hypothesis| is_more(&other.forms) && other.unborne.is_none() && suffices(other, set);
         is_more(&set.forms)
-            && set.unborne.is_none()
+            && borne(set)
             && sets.iter().filter(part).all(|other| {
                 let asked = if fewer(&other) { least } else { far };
                 constants.beats(set, other, asked)
@@ -196,23 +229,22 @@ pub(super) fn judge(
     let rivals = (0..sets.len()).filter(|k| {
         let rival = &sets[*k];
         *k != first
-            && rival.unborne.is_none()
+            && borne(rival)
             && is_more(&rival.forms)
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && (!constants.beats(&sets[first], rival, far) || constants.makes_up(rival, &sets[first], far <= least))
+            && (!constants.settles(&sets[first], rival, far, far <= least)
+                || constants.makes_up(rival, &sets[first], far <= least))
     });
     // A richer kind that predicts better without beating it, of which the data bear every part, is not told from it.
     let richer = (0..sets.len()).filter(|k| {
         let kind = &sets[*k];
-        let own = |k: &usize| !sets[first].forms.contains(k);
         far <= least
-            && kind.unborne.is_none()
+            && borne(kind)
             && kind.forms.len() == sets[first].forms.len()
             && contains(&kind.forms, &sets[first].forms, forms)
-            // That a sensor's zero is free in each record is no part of it that data bear or not.
-            && !kind.forms.iter().any(|k| own(k) && forms[*k].is_offset())
+            && !frees_a_zero(kind, &sets[first])
             && kind.sum() > sets[first].sum()
             && !unknown(&sets[first], kind)
     });

@@ -1,4 +1,7 @@
+use std::sync::Arc;
+
 use super::effects::{EffectSetting, Frame, catalogue};
+use super::fit::Fitted;
 use super::judge::{Hypothesis, Ruling, judge};
 use super::motion::{Oscillator, Sensing, Slopes, Variation, smooth};
 use super::outcome::Curve;
@@ -361,16 +364,54 @@ fn beside_a_part_that_leaves_nothing_that_matters_a_set_that_predicts_better_is_
 }
 
 #[test]
-fn a_richer_kind_is_a_rival_unless_what_it_explains_is_unknown() {
+fn a_richer_kind_is_a_rival_if_the_data_fitted_tell_it_and_what_it_explains_is_not_unknown() {
     let forms = catalogue(&setting(1, false));
     let place = |effect: &str| forms.iter().position(|f| f.effect == effect).unwrap();
     // It predicts better, and not by enough.
-    let sets =
+    let mut sets =
         sets_of_one_fit(&[(&[], 0.0), (&[place("coulomb_friction")], 10.0), (&[place("static_friction")], 10.1)]);
-    let ruling =
-        |unknown: bool| judge(&Constants::DEFAULT, &sets, &forms, &[], (5.0, 5.0), &|_, _| false, &|_, _| unknown);
-    assert_eq!((ruling(false).winner, ruling(false).rivals), (Some(1), vec![2]));
-    assert_eq!((ruling(true).winner, ruling(true).rivals), (Some(1), Vec::new()));
+    let ruling = |sets: &[Hypothesis], unknown: bool| {
+        let ruling = judge(&Constants::DEFAULT, sets, &forms, &[], (5.0, 5.0), &|_, _| false, &|_, _| unknown);
+        (ruling.winner, ruling.rivals)
+    };
+    assert_eq!(ruling(&sets, false), (Some(1), Vec::new()), "no likelier on the data fitted");
+    leaves(&mut sets[2], 0.9);
+    assert_eq!(ruling(&sets, false), (Some(1), vec![2]));
+    assert_eq!(ruling(&sets, true), (Some(1), Vec::new()));
+    // Nor is it named then, by however much it predicts better.
+    sets[2].blocks = vec![20.0; 10];
+    assert_eq!(ruling(&sets, false).0, Some(2));
+    leaves(&mut sets[2], 1.0 / 0.9);
+    assert_eq!(ruling(&sets, false).0, Some(1));
+}
+
+#[test]
+fn a_lead_that_blocks_leave_open_is_settled_by_the_data_fitted() {
+    let forms = catalogue(&setting(1, false));
+    let place = |effect: &str| forms.iter().position(|f| f.effect == effect).unwrap();
+    let mut sets = sets_of_one_fit(&[
+        (&[], 0.0),
+        (&[place("cubic_damping")], 10.0),
+        (&[place("displacement_dependent_damping")], 10.0),
+    ]);
+    // One block of ten makes the lead.
+    sets[2].blocks[0] += 30.0;
+    let ruling = |sets: &[Hypothesis], far: f64| {
+        judge(&Constants::DEFAULT, sets, &forms, &[], (5.0, far), &|_, _| false, &|_, _| false)
+    };
+    assert_eq!(ruling(&sets, 5.0).rivals.len(), 1);
+    leaves(&mut sets[2], 0.9);
+    let settled = ruling(&sets, 5.0);
+    assert_eq!((settled.winner, settled.rivals), (Some(2), Vec::new()));
+    assert_eq!(ruling(&sets, 9.0).rivals.len(), 1, "where no set explains the data likelihoods say too much");
+}
+
+/// Makes a set leave so many times as much on the data fitted, with other records held out.
+fn leaves(set: &mut Hypothesis, times: f64) {
+    let mut fitted = Fitted::clone(&set.fitted);
+    Arc::make_mut(&mut fitted.refined).rss *= times;
+    fitted.refitted.clear();
+    set.fitted = Arc::new(fitted);
 }
 
 #[test]
