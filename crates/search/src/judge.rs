@@ -59,6 +59,8 @@ pub(super) struct Ruling {
     pub(super) winner: Option<usize>,
     /// Sets no larger that it does not beat, and richer kinds that do not beat it though they predict better.
     pub(super) rivals: Vec<usize>,
+    /// The sets were held against one another as where one of them explains the data.
+    pub(super) explained: bool,
 }
 
 impl Constants {
@@ -82,6 +84,7 @@ impl Constants {
             against: against.to_owned(),
             titles: Vec::new(),
             each: differences,
+            fitted: None,
         }
     }
 
@@ -106,18 +109,15 @@ impl Constants {
         own.level >= others.level && speaks
     }
 
-    /// True if a set beats another, or leads it and the data fitted along records as long speak for the same one by more than a lead,
-    /// a parameter more counted as half the logarithm of their number (G. Schwarz, Annals of Statistics 6 (1978) 461). As in
-    /// [`makes_up`](Self::makes_up), a set explains the data (`explained`) and blocks alone do not tell.
-    fn settles(&self, set: &Hypothesis, other: &Hypothesis, least: f64, explained: bool) -> bool {
+    /// How much likelier the data fitted along records as long are under a set that leads another, as a logarithm, where they settle a
+    /// lead that blocks leave open: by more than a lead, a parameter more counted as half the logarithm of their number (G. Schwarz,
+    /// Annals of Statistics 6 (1978) 461). As in [`makes_up`](Self::makes_up), blocks alone do not tell.
+    pub(super) fn settled(&self, set: &Hypothesis, other: &Hypothesis, least: f64) -> Option<f64> {
         let (own, others) = (&set.fitted, &other.fitted);
         let more = own.composition.parameters() as f64 - others.composition.parameters() as f64;
-        self.beats(set, other, least)
-            || explained
-                && set.sum() - other.sum() > least
-                && own.refitted.is_empty()
-                && own.level >= others.level
-                && own.likelier(others) - 0.5 * more * (own.refined.samples as f64).ln() > self.lead
+        let likelier = own.likelier(others) - 0.5 * more * (own.refined.samples as f64).ln();
+        let leads = set.sum() - other.sum() > least && own.refitted.is_empty() && own.level >= others.level;
+        (leads && likelier > self.lead).then_some(likelier)
     }
 
     /// True if the data fitted tell a richer kind of an effect from the simpler one that it contains: by as much as that its further
@@ -197,6 +197,7 @@ pub(super) fn judge(
     suffices: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
     unknown: &dyn Fn(&Hypothesis, &Hypothesis) -> bool,
 ) -> Ruling {
+    let explained = far <= least;
     let is_more = |set: &[usize]| set.len() > present.len() && present.iter().all(|k| set.contains(k));
     // That a sensor's zero is free in each record is no part of it that data bear or not.
     let frees_a_zero = |richer: &Hypothesis, simpler: &Hypothesis| {
@@ -226,6 +227,9 @@ pub(super) fn judge(
     let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
     let Some(first) = best(&standing) else { return Ruling::default() };
     let size = parts(&sets[first].forms, forms);
+    let wins = |rival: &Hypothesis| {
+        constants.beats(&sets[first], rival, far) || explained && constants.settled(&sets[first], rival, far).is_some()
+    };
     let rivals = (0..sets.len()).filter(|k| {
         let rival = &sets[*k];
         *k != first
@@ -234,13 +238,12 @@ pub(super) fn judge(
             && parts(&rival.forms, forms) <= size
             && !contains(&rival.forms, &sets[first].forms, forms)
             && !contains(&sets[first].forms, &rival.forms, forms)
-            && (!constants.settles(&sets[first], rival, far, far <= least)
-                || constants.makes_up(rival, &sets[first], far <= least))
+            && (!wins(rival) || constants.makes_up(rival, &sets[first], explained))
     });
     // A richer kind that predicts better without beating it, of which the data bear every part, is not told from it.
     let richer = (0..sets.len()).filter(|k| {
         let kind = &sets[*k];
-        far <= least
+        explained
             && borne(kind)
             && kind.forms.len() == sets[first].forms.len()
             && contains(&kind.forms, &sets[first].forms, forms)
@@ -256,7 +259,7 @@ pub(super) fn judge(
         let plain = |k: usize| {
             let uncommon = sets[k].forms.iter().filter(|f| !forms[**f].is_common()).count();
             let parameters = sets[k].fitted.composition.parameters();
-            if far > least { (uncommon, parameters) } else { (parameters, uncommon) }
+            if explained { (parameters, uncommon) } else { (uncommon, parameters) }
         };
         plain(*a).cmp(&plain(*b)).then_with(|| sets[*b].sum().total_cmp(&sets[*a].sum()))
     });
@@ -265,7 +268,7 @@ pub(super) fn judge(
     near.retain(|k| *k != winner);
     near.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
     near.dedup();
-    Ruling { winner: Some(winner), rivals: near }
+    Ruling { winner: Some(winner), rivals: near, explained }
 }
 
 impl Data {

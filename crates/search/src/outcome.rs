@@ -402,6 +402,9 @@ pub struct Lead {
     /// Each block's difference, in the order of records and time; empty in a walk that was stored before they were kept.
     #[serde(default)]
     pub each: Vec<f64>,
+    /// How much likelier the data fitted are under the first, as a logarithm, where they settle what the blocks leave open.
+    #[serde(default)]
+    pub fitted: Option<f64>,
 }
 
 impl Lead {
@@ -413,6 +416,12 @@ impl Lead {
             self.blocks,
             self.against_words()
         )
+    }
+
+    /// That the data fitted settle it, as a clause behind; empty where the blocks do.
+    pub fn settled_words(&self) -> String {
+        let settled = |likelier: f64| format!("; the data fitted settle it (+{})", significant(likelier, 2));
+        self.fitted.map(settled).unwrap_or_default()
     }
 
     /// The difference with its sign: a set that cannot be told from another may predict worse.

@@ -120,7 +120,7 @@ impl Tried {
 
     /// The sets that the ruling is told by: the winner, its rivals, and what each of its effects leads.
     pub(super) fn told(&self) -> Vec<usize> {
-        let Ruling { winner, rivals } = &self.ruling;
+        let Ruling { winner, rivals, .. } = &self.ruling;
         let own = self.winner().map(|winner| self.choices(winner)).unwrap_or_default();
         let led = own.iter().filter_map(|effect| self.nearest_without(effect));
         winner.iter().chain(rivals).copied().chain(led).collect()
@@ -149,7 +149,10 @@ impl Tried {
         let names: Vec<String> = self.choices(nearest).into_iter().map(|c| c.effect).collect();
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let titles = nearest.forms.iter().map(|k| self.forms[*k].full_title()).collect();
-        Some(Lead { titles, ..constants.compared(&winner.blocks, &nearest.blocks, &against) })
+        let lead = constants.compared(&winner.blocks, &nearest.blocks, &against);
+        let open = self.ruling.explained && !lead.is_more_than(constants.lead);
+        let fitted = open.then(|| constants.settled(winner, nearest, constants.lead)).flatten();
+        Some(Lead { titles, fitted, ..lead })
     }
 }
 

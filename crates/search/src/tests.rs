@@ -403,6 +403,10 @@ fn a_lead_that_blocks_leave_open_is_settled_by_the_data_fitted() {
     leaves(&mut sets[2], 0.9);
     let settled = ruling(&sets, 5.0);
     assert_eq!((settled.winner, settled.rivals), (Some(2), Vec::new()));
+    let mut lead = Constants::DEFAULT.compared(&sets[2].blocks, &sets[1].blocks, "cubic_damping");
+    assert_eq!(lead.settled_words(), "");
+    lead.fitted = Constants::DEFAULT.settled(&sets[2], &sets[1], 5.0);
+    assert!(lead.settled_words().starts_with("; the data fitted settle it (+"), "{lead:?}");
     assert_eq!(ruling(&sets, 9.0).rivals.len(), 1, "where no set explains the data likelihoods say too much");
 }
 
@@ -420,7 +424,7 @@ fn an_effect_that_a_rival_has_elsewhere_is_in_doubt_of_its_place_alone() {
     let places: Vec<usize> = (0..forms.len()).filter(|k| forms[*k].effect == "coulomb_friction").collect();
     let cubic = forms.iter().position(|f| f.effect == "cubic_stiffness").unwrap();
     let sets = sets_of_one_fit(&[(&[places[0], cubic], 10.0), (&[places[1], cubic], 10.0)]);
-    let ruling = Ruling { winner: Some(0), rivals: vec![1] };
+    let ruling = Ruling { winner: Some(0), rivals: vec![1], explained: true };
     let tried = Tried { forms, sets, ruling, ..Tried::default() };
     let disputed: Vec<String> = tried.disputed(|rival, own| rival == own).into_iter().map(|c| c.effect).collect();
     assert_eq!(disputed, ["coulomb_friction"]);

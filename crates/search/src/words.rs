@@ -137,7 +137,8 @@ pub(super) fn described(
 
 /// How far a set leads the nearest one without an effect, in a sentence behind others.
 pub(super) fn led(lead: &Lead) -> String {
-    format!(" {}; log density {} ± {}.", lead.words(), lead.signed(), significant(lead.std_error, 2))
+    let (signed, error) = (lead.signed(), significant(lead.std_error, 2));
+    format!(" {}; log density {signed} ± {error}{}.", lead.words(), lead.settled_words())
 }
 
 /// A title within a sentence: names keep their capitals.

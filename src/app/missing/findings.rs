@@ -186,10 +186,11 @@ fn why(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, acts: &m
         }
         let said = format!("{title}: {}.", lead.words());
         let sum = format!(
-            "log density {} ± {}; over resampled blocks at least {}",
+            "log density {} ± {}; over resampled blocks at least {}{}",
             lead.signed(),
             significant(lead.std_error, 2),
-            significant(lead.quantile, 2)
+            significant(lead.quantile, 2),
+            lead.settled_words()
         );
         ui.add(egui::Label::new(RichText::new(said).size(12.5)).wrap()).on_hover_text(&sum);
         ui.add(egui::Label::new(RichText::new(&sum).weak().size(12.0)).wrap());

@@ -119,6 +119,7 @@ pub fn evidence(lead: &Lead) -> Value {
         "std_error": lead.std_error,
         "quantile": lead.quantile,
         "against": lead.against,
+        "fitted": lead.fitted,
     })
 }
 
