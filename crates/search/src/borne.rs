@@ -5,6 +5,7 @@ use super::fit::{Fitted, WHOLE};
 use super::search::Search;
 use nalgebra::{DMatrix, DVector};
 use sindyscope_core::refine::{FitOptions, Point, Refined, Structure as _, misfit_beside_jumps};
+use sindyscope_values::term::Symbol;
 
 impl Search {
     /// Why the fitted data do not bear every part of a model's effects: an amplitude less than three standard errors from zero,
@@ -18,8 +19,15 @@ impl Search {
         let places = fitted.composition.places(inner);
         let mut unshifted = refined.point.clone();
         unshifted.offsets.iter_mut().for_each(|offset| *offset = 0.0);
-        // An accelerometer's zero is free whatever it is.
-        if fitted.composition.offset() && !fitted.composition.zero && !self.feels(fitted, &unshifted, inflation) {
+        // Where no force depends on a displacement its zero is part of how a motion begins. An accelerometer's zero is free whatever it is.
+        let zero_matters = || {
+            let terms = fitted.composition.compose(inner).terms;
+            terms.iter().any(|placed| placed.term.symbols().iter().any(|s| matches!(s, Symbol::State(_))))
+        };
+        if fitted.composition.offset()
+            && !fitted.composition.zero
+            && !(zero_matters() && self.feels(fitted, &unshifted, inflation))
+        {
             return Some("its size cannot be told from zero".to_owned());
         }
         for (index, form) in fitted.composition.forms.iter().enumerate() {

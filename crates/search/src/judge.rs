@@ -8,6 +8,7 @@
 //! Sources: A. Vehtari, A. Gelman, J. Gabry, Statistics and Computing 27 (2017) 1413; P.-C. Bürkner, J. Gabry, A. Vehtari, J. Stat.
 //! Comput. Simul. 90 (2020) 2499 (leaving out the future).
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use rand::{RngExt as _, SeedableRng as _};
@@ -122,10 +123,15 @@ impl Constants {
 
     /// True if the data fitted tell a richer kind of an effect from the simpler one that it contains: by as much as that its further
     /// quantity is so many standard errors from where it is the simpler one. The standard error alone, a slope's, says too little
-    /// where the motion is chaotic (W. Meeker, L. Escobar, The American Statistician 49 (1995) 48).
+    /// where the motion is chaotic (W. Meeker, L. Escobar, The American Statistician 49 (1995) 48). What follows the data less far than
+    /// what it contains, which leaves no more than would not matter, has not landed.
     fn tells_apart(&self, richer: &Hypothesis, simpler: &Hypothesis) -> bool {
         let (richer, simpler) = (&richer.fitted, &simpler.fitted);
-        richer.level != simpler.level || richer.likelier(simpler) > 0.5 * self.amplitude_errors.powi(2)
+        match richer.level.cmp(&simpler.level) {
+            Ordering::Less => simpler.error() > self.mattering() * richer.error(),
+            Ordering::Equal => richer.likelier(simpler) > 0.5 * self.amplitude_errors.powi(2),
+            Ordering::Greater => true,
+        }
     }
 
     /// The sum that a set must lead another by that it is more than.

@@ -381,8 +381,13 @@ fn a_richer_kind_is_a_rival_if_the_data_fitted_tell_it_and_what_it_explains_is_n
     // Nor is it named then, by however much it predicts better.
     sets[2].blocks = vec![20.0; 10];
     assert_eq!(ruling(&sets, false).0, Some(2));
-    leaves(&mut sets[2], 1.0 / 0.9);
+    // Nor one that follows the data less far, and leaves hardly less there.
+    let mut shorter = Fitted::clone(&sets[2].fitted);
+    shorter.level = 0;
+    sets[2].fitted = Arc::new(shorter);
     assert_eq!(ruling(&sets, false).0, Some(1));
+    leaves(&mut sets[2], 0.5);
+    assert_eq!(ruling(&sets, false).0, Some(2));
 }
 
 #[test]
