@@ -60,8 +60,8 @@ pub(super) struct Ruling {
     pub(super) winner: Option<usize>,
     /// Sets no larger that it does not beat, and richer kinds that do not beat it though they predict better.
     pub(super) rivals: Vec<usize>,
-    /// The sets were held against one another as where one of them explains the data.
-    pub(super) explained: bool,
+    /// The sum beyond which the data fitted may settle a lead; none where no set explains them.
+    pub(super) settles: Option<f64>,
 }
 
 impl Constants {
@@ -233,8 +233,10 @@ pub(super) fn judge(
     let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
     let Some(first) = best(&standing) else { return Ruling::default() };
     let size = parts(&sets[first].forms, forms);
+    let settles = explained.then_some(far);
     let wins = |rival: &Hypothesis| {
-        constants.beats(&sets[first], rival, far) || explained && constants.settled(&sets[first], rival, far).is_some()
+        constants.beats(&sets[first], rival, far)
+            || settles.is_some_and(|least| constants.settled(&sets[first], rival, least).is_some())
     };
     let rivals = (0..sets.len()).filter(|k| {
         let rival = &sets[*k];
@@ -274,7 +276,7 @@ pub(super) fn judge(
     near.retain(|k| *k != winner);
     near.sort_by(|a, b| sets[*b].sum().total_cmp(&sets[*a].sum()));
     near.dedup();
-    Ruling { winner: Some(winner), rivals: near, explained }
+    Ruling { winner: Some(winner), rivals: near, settles }
 }
 
 impl Data {

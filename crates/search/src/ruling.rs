@@ -150,8 +150,8 @@ impl Tried {
         let against = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         let titles = nearest.forms.iter().map(|k| self.forms[*k].full_title()).collect();
         let lead = constants.compared(&winner.blocks, &nearest.blocks, &against);
-        let open = self.ruling.explained && !lead.is_more_than(constants.lead);
-        let fitted = open.then(|| constants.settled(winner, nearest, constants.lead)).flatten();
+        let open = self.ruling.settles.filter(|least| !lead.is_more_than(*least));
+        let fitted = open.and_then(|least| constants.settled(winner, nearest, least));
         Some(Lead { titles, fitted, ..lead })
     }
 }

@@ -378,10 +378,9 @@ fn a_richer_kind_is_a_rival_if_the_data_fitted_tell_it_and_what_it_explains_is_n
     leaves(&mut sets[2], 0.9);
     assert_eq!(ruling(&sets, false), (Some(1), vec![2]));
     assert_eq!(ruling(&sets, true), (Some(1), Vec::new()));
-    // Nor is it named then, by however much it predicts better.
+    // By enough it is named, but not if it follows the data less far and leaves hardly less there.
     sets[2].blocks = vec![20.0; 10];
     assert_eq!(ruling(&sets, false).0, Some(2));
-    // Nor one that follows the data less far, and leaves hardly less there.
     let mut shorter = Fitted::clone(&sets[2].fitted);
     shorter.level = 0;
     sets[2].fitted = Arc::new(shorter);
@@ -429,7 +428,7 @@ fn an_effect_that_a_rival_has_elsewhere_is_in_doubt_of_its_place_alone() {
     let places: Vec<usize> = (0..forms.len()).filter(|k| forms[*k].effect == "coulomb_friction").collect();
     let cubic = forms.iter().position(|f| f.effect == "cubic_stiffness").unwrap();
     let sets = sets_of_one_fit(&[(&[places[0], cubic], 10.0), (&[places[1], cubic], 10.0)]);
-    let ruling = Ruling { winner: Some(0), rivals: vec![1], explained: true };
+    let ruling = Ruling { winner: Some(0), rivals: vec![1], ..Ruling::default() };
     let tried = Tried { forms, sets, ruling, ..Tried::default() };
     let disputed: Vec<String> = tried.disputed(|rival, own| rival == own).into_iter().map(|c| c.effect).collect();
     assert_eq!(disputed, ["coulomb_friction"]);

@@ -317,26 +317,23 @@ pub fn climb(structure: &dyn Structure, whole: &[Run], first: Landed, goal: Goal
     let motion = motion(whole);
     let mut held = vec![first];
     // A whole record of a chaotic motion is no step away from shorter ones.
-    let mut parts = false;
+    let mut chaotic = false;
     while let Some(last) = held.last().filter(|l| l.level < top && !(goal.options.cancelled)()) {
         let shared = last.refined.point.shared.clone();
         // From a good start the whole record is one step away.
-        let runs = cut(whole, goal.period, top);
-        let point = start(structure, &runs, &shared, Some(last.of(structure)), top < levels(whole, goal.period));
-        let near = !parts
-            && last.level + 1 < top
-            && misfit(
-                structure,
-                &runs,
-                &point,
-                // One glance is no fit that a budget is kept for.
-                FitOptions { driven: top < levels(whole, goal.period), meter: None, ..goal.options },
-            )
-            .is_some_and(|rss| rss < (DIRECT_FIT_ERROR * motion).powi(2) * last.refined.samples as f64);
+        let glance = || {
+            let driven = top < levels(whole, goal.period);
+            let runs = cut(whole, goal.period, top);
+            let point = start(structure, &runs, &shared, Some(last.of(structure)), driven);
+            // One glance is no fit that a budget is kept for.
+            misfit(structure, &runs, &point, FitOptions { driven, meter: None, ..goal.options })
+        };
+        let follows = |rss: f64| rss < (DIRECT_FIT_ERROR * motion).powi(2) * last.refined.samples as f64;
+        let near = !chaotic && last.level + 1 < top && glance().is_some_and(follows);
         let at_once = near
             .then(|| shoot(structure, whole, (&shared, Some(last.of(structure))), top, goal, goal.options.steps))
             .flatten();
-        parts |= at_once.as_ref().is_some_and(Landed::is_sensitive);
+        chaotic |= at_once.as_ref().is_some_and(Landed::is_sensitive);
         let at_once = at_once.filter(|l| l.error() < bound);
         let next = at_once.or_else(|| {
             let doubled = |steps: usize| {
