@@ -19,8 +19,7 @@ impl Search {
         let places = fitted.composition.places(inner);
         let mut unshifted = refined.point.clone();
         unshifted.offsets.iter_mut().for_each(|offset| *offset = 0.0);
-        // Where no force depends on a displacement its zero is part of how a motion begins. An accelerometer's zero is free whatever
-        // it is.
+        // Where no force depends on a displacement, the sensor's zero is part of the initial state. An accelerometer's is free always.
         let zero_matters = || {
             let terms = fitted.composition.compose(inner).terms;
             terms.iter().any(|placed| placed.term.symbols().iter().any(|s| matches!(s, Symbol::State(_))))

@@ -123,8 +123,8 @@ impl Constants {
 
     /// True if the data fitted tell a richer kind of an effect from the simpler one that it contains: by as much as that its further
     /// quantity is so many standard errors from where it is the simpler one. The standard error alone, a slope's, says too little
-    /// where the motion is chaotic (W. Meeker, L. Escobar, The American Statistician 49 (1995) 48). What follows the data less far than
-    /// what it contains, which leaves no more than would not matter, has not landed.
+    /// where the motion is chaotic (W. Meeker, L. Escobar, The American Statistician 49 (1995) 48). A fit of the richer kind that
+    /// follows the data less far has not landed, unless the simpler one leaves so much more that it matters.
     fn tells_apart(&self, richer: &Hypothesis, simpler: &Hypothesis) -> bool {
         let (richer, simpler) = (&richer.fitted, &simpler.fitted);
         match richer.level.cmp(&simpler.level) {
