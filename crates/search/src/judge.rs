@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
+use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::columns::MotionPath;
 use super::constants::{Constants, QUANTILE};
@@ -32,6 +33,8 @@ type Begun = (MotionPath, Vec<f64>);
 const RESAMPLED: usize = 400;
 /// Rounds of the scale's fixed point, a matter of digits: it gains one in five.
 const SCALE_ROUNDS: usize = 40;
+/// Quantiles that Gaussian noise is stood in for by, a matter of digits.
+const GAUSSIAN_QUANTILES: u32 = 200;
 /// An error that is not finite counts as so many times the motion; any large number will do.
 const LOST: f64 = 1e3;
 
@@ -148,6 +151,12 @@ impl Constants {
             square = errors.iter().map(weighed).sum::<f64>() / n;
         }
         (square * n / (n - taken as f64).max(1.0)).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// The scale of Student's law that Gaussian noise of unit deviation is most likely under.
+    fn gaussian_scale(&self) -> f64 {
+        let quantile = |k: u32| Normal::standard().inverse_cdf((f64::from(k) + 0.5) / f64::from(GAUSSIAN_QUANTILES));
+        self.student_scale(&(0..GAUSSIAN_QUANTILES).map(quantile).collect::<Vec<_>>(), 0)
     }
 
     /// Log density of a block's errors under Student's law of a scale, without its constant. A block that is far worse than the
@@ -293,11 +302,14 @@ impl Data {
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
+        let gaussian = self.constants.gaussian_scale();
         // A sensor set to another range has other noise: a set must neither lose there for having been surer, nor win for it.
         let density = |run: &Run, errors: &[f64]| {
-            let noise = self.noise.max(f64::MIN_POSITIVE);
+            let (noise, own) = (self.noise.max(f64::MIN_POSITIVE), self.noise_in(run));
             let beside = (scale * scale - noise * noise).max(0.0).sqrt();
-            self.constants.density(errors, beside.hypot(scale.min(noise) / noise * self.noise_in(run)))
+            // Kinks of the fitted motion, which pass for noise where no model is known, make no other sensor of one that has none.
+            let there = (scale.min(noise) / noise * own).max(scale.min(gaussian * own));
+            self.constants.density(errors, beside.hypot(there))
         };
         let blocks = |shared: &[f64], run: &Run| -> Vec<f64> {
             of(shared, run).iter().map(|errors| density(run, errors)).collect()

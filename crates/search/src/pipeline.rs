@@ -68,14 +68,14 @@ impl Search {
         proposals.retain(|p| p.forms.len() <= room);
         proposals.extend(self.seen_along(&model, (forms, &screened.hits), &proposals));
         proposals.splice(0..0, self.holding(before, &model, forms));
-        for form in forms.iter().filter(|form| form.is_outside()) {
-            let with = Self::with(composition, form);
-            let all = with.inner_after(composition, inner, &[]);
+        for hit in screened.hits.iter().filter(|hit| forms[hit.form].is_outside()) {
+            let with = Self::with(composition, &forms[hit.form]);
+            let all = with.inner_after(composition, inner, &hit.inner);
             let coefficients = before.parameters.coefficients.clone();
             let mut composition = with;
             composition.scales = self.data.scales(&composition, &all, &self.smoothed_paths());
             let shared = Parameters { coefficients, inner: all }.row();
-            proposals.push(Proposal { forms: Vec::new(), composition, shared, gain: f64::NEG_INFINITY });
+            proposals.push(Proposal { forms: vec![hit.form], composition, shared, gain: f64::NEG_INFINITY });
         }
         proposals
     }
@@ -129,8 +129,10 @@ impl Search {
                 return false;
             }
             let promising = match state.gain {
-                Some(gain) => proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead,
-                None => !little(proposal),
+                Some(gain) if proposal.gain.is_finite() => {
+                    proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead
+                }
+                _ => !little(proposal),
             };
             let common = proposal.forms.iter().all(|k| forms[*k].is_common());
             promising || single(proposal) && common && state.shown < constants.shown && proposal.gain > 0.0
