@@ -59,7 +59,7 @@ impl Search {
     }
 
     /// Sets of effects beside a fitted model in the order in which they are tried: what the regression says, what it cannot say, and
-    /// what has no force of its own to be regressed on, which is tried where nothing before it explains the data.
+    /// what has no force of its own to be regressed on, which is tried where it explains some of what is left along the motion.
     fn proposals(&self, before: &Fitted, forms: &[Form], screened: &Screened, cancel: &Cancel) -> Vec<Proposal> {
         let (composition, inner) = (&before.composition, &before.parameters.inner);
         let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
