@@ -31,8 +31,10 @@ struct Explained {
     gain: Option<f64>,
     /// The effects of that set, if nothing that matters can be left beside it.
     enough: Option<Vec<usize>>,
-    /// Single effects that were fitted to be shown.
-    shown: usize,
+    /// True if something that matters may be left beside it: rivals that are not common are fitted too.
+    doubted: bool,
+    /// Single effects that were fitted beside it: how many of them are common, and how many are not.
+    shown: [usize; 2],
     /// What the sets tell of the noise.
     coloured: ColouredNoise,
 }
@@ -117,6 +119,7 @@ impl Search {
         let proposals = self.proposals(before, forms, screened, cancel);
         let likeliest = proposals.iter().map(|p| p.gain).filter(|g| g.is_finite()).fold(f64::NEG_INFINITY, f64::max);
         let single = |proposal: &Proposal| proposal.composition.forms.len() == composition.forms.len() + 1;
+        let common = |proposal: &Proposal| proposal.forms.iter().all(|k| forms[*k].is_common());
         tried.know(composition.forms.iter().chain(forms));
         if tried.place(&tried.indices(composition)).is_none() {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
@@ -134,13 +137,15 @@ impl Search {
                 }
                 _ => !little(proposal),
             };
-            let common = proposal.forms.iter().all(|k| forms[*k].is_common());
-            promising || single(proposal) && common && state.shown < constants.shown && proposal.gain > 0.0
+            let asked = common(proposal) || state.doubted;
+            let few = state.shown[usize::from(!common(proposal))] < constants.shown;
+            promising || single(proposal) && asked && few && proposal.gain > 0.0
         };
         let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
             let rival = state.gain.is_some() || little(proposal);
-            state.shown += usize::from(single(proposal) && rival && proposal.gain.is_finite());
+            state.shown[usize::from(!common(proposal))] +=
+                usize::from(single(proposal) && rival && proposal.gain.is_finite());
             let mut explains = |set: &Hypothesis| {
                 if set.unborne.is_some() {
                     return false;
@@ -155,6 +160,7 @@ impl Search {
             let explained = state.gain.is_none() && set.is_some_and(&mut explains);
             // What was not regressed on stands with what the regression has first.
             state.gain = state.gain.or(explained.then_some(proposal.gain.min(likeliest)));
+            state.doubted |= explained && set.is_some_and(|set| !self.suffices(&set.fitted, || data.noise));
             // Some of what it leaves, no more than explains the data, may be no noise.
             let noise = |set: &Hypothesis| set.fitted.error() / constants.explaining().0;
             let enough = |set: &&Hypothesis| explained && self.suffices(&set.fitted, || noise(set));

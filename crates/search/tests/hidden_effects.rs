@@ -255,6 +255,12 @@ fn what_differs_by_no_more_than_the_input_between_samples_is_called_by_the_simpl
 }
 
 #[test]
+fn beside_a_set_that_may_leave_something_a_likely_rival_is_tried() {
+    // A parametric spring leaves 1.04 noises, few enough to explain the data.
+    named_alone(&in_regime(Regime::Datum, 1)[0], "position_dependent_friction");
+}
+
+#[test]
 fn of_models_that_predict_alike_the_one_with_fewer_parameters_comes_first() {
     // A pendulum that swings little: its cubic part is a sixth of its spring, which a cubic spring has to find by itself.
     let found = run(&in_regime(Regime::Usual, 6)[5]).unwrap();
