@@ -73,6 +73,8 @@ pub(super) struct Data {
     pub(super) fitted: usize,
     /// What the search decides and budgets by.
     pub(super) constants: Constants,
+    /// Of Gaussian noise, the scale of Student's law over the standard deviation.
+    pub(super) gaussian_scale: f64,
     /// What it costs.
     pub(super) counters: Arc<Counters>,
     /// Samples of a held-out record that its initial state is estimated from, and that its score leaves out.
@@ -216,6 +218,7 @@ impl Data {
             weights,
             series,
             fitted,
+            gaussian_scale: constants.gaussian_scale(),
             constants: constants.clone(),
             counters: Arc::default(),
             initial: initial.map(|n| n.div_ceil(stride)),

@@ -154,7 +154,7 @@ impl Constants {
     }
 
     /// The scale of Student's law that Gaussian noise of unit deviation is most likely under.
-    fn gaussian_scale(&self) -> f64 {
+    pub(super) fn gaussian_scale(&self) -> f64 {
         let quantile = |k: u32| Normal::standard().inverse_cdf((f64::from(k) + 0.5) / f64::from(GAUSSIAN_QUANTILES));
         self.student_scale(&(0..GAUSSIAN_QUANTILES).map(quantile).collect::<Vec<_>>(), 0)
     }
@@ -302,13 +302,12 @@ impl Data {
         };
         let own: Vec<f64> = self.whole().iter().flat_map(|run| of(shared, run)).flatten().collect();
         let scale = self.scale(&own, fitted.refined.unknowns() - fitted.refined.passing());
-        let gaussian = self.constants.gaussian_scale();
         // A sensor set to another range has other noise: a set must neither lose there for having been surer, nor win for it.
         let density = |run: &Run, errors: &[f64]| {
-            let (noise, own) = (self.noise.max(f64::MIN_POSITIVE), self.noise_in(run));
+            let (noise, noise_there) = (self.noise.max(f64::MIN_POSITIVE), self.noise_in(run));
             let beside = (scale * scale - noise * noise).max(0.0).sqrt();
             // Kinks of the fitted motion, which pass for noise where no model is known, make no other sensor of one that has none.
-            let there = (scale.min(noise) / noise * own).max(scale.min(gaussian * own));
+            let there = (scale.min(noise) / noise * noise_there).max(scale.min(self.gaussian_scale * noise_there));
             self.constants.density(errors, beside.hypot(there))
         };
         let blocks = |shared: &[f64], run: &Run| -> Vec<f64> {

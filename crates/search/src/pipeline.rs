@@ -120,6 +120,7 @@ impl Search {
         let likeliest = proposals.iter().map(|p| p.gain).filter(|g| g.is_finite()).fold(f64::NEG_INFINITY, f64::max);
         let single = |proposal: &Proposal| proposal.composition.forms.len() == composition.forms.len() + 1;
         let common = |proposal: &Proposal| proposal.forms.iter().all(|k| forms[*k].is_common());
+        let kind = |proposal: &Proposal| usize::from(!common(proposal));
         tried.know(composition.forms.iter().chain(forms));
         if tried.place(&tried.indices(composition)).is_none() {
             tried.sets.push(self.hypothesis(tried.indices(composition), Fitted::clone(before), cancel));
@@ -138,14 +139,13 @@ impl Search {
                 _ => !little(proposal),
             };
             let asked = common(proposal) || state.doubted;
-            let few = state.shown[usize::from(!common(proposal))] < constants.shown;
+            let few = state.shown[kind(proposal)] < constants.shown;
             promising || single(proposal) && asked && few && proposal.gain > 0.0
         };
         let taken = |state: &mut Explained, proposal: &Proposal, set: Option<&Hypothesis>| {
             // What was tried because a mass rests is no rival that a person would think of.
             let rival = state.gain.is_some() || little(proposal);
-            state.shown[usize::from(!common(proposal))] +=
-                usize::from(single(proposal) && rival && proposal.gain.is_finite());
+            state.shown[kind(proposal)] += usize::from(single(proposal) && rival && proposal.gain.is_finite());
             let mut explains = |set: &Hypothesis| {
                 if set.unborne.is_some() {
                     return false;
