@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::columns::{Inputs, MotionPath, forces};
 use super::data::{Data, LEAST_NOISE, RecordSeries};
+use super::folds::LeftOut;
 use super::motion::{Oscillator, Slopes, Variation};
 use super::outcome::{Beginnings, Gap};
 use super::parameters::{InnerValues, Parameters};
@@ -294,8 +295,8 @@ impl Data {
 
     fn held_against(&self, composition: Composition, landed: Landed, asked: bool, cancel: &Cancel) -> Fitted {
         let cancelled = || cancel.is_cancelled();
-        let Landed { refined, runs, level, period, whole } = landed;
-        let level = if whole { WHOLE } else { level };
+        let shared = &landed.refined.point.shared;
+        let (period, level) = (landed.period, if landed.whole { WHOLE } else { landed.level });
         let lost = |runs: &[Run]| {
             let shown: Vec<Vec<f64>> = runs.iter().map(|r| r.target().collect()).collect();
             let rss = shown.iter().map(|y| dot(y, y)).sum::<f64>();
@@ -313,10 +314,9 @@ impl Data {
                 },
             )
         };
-        let freedom = refined.samples.saturating_sub(refined.passing()).max(1) as f64;
-        let expected = Wanted { level, period, error: (refined.rss / freedom).sqrt() };
+        let expected = Wanted { level, period, error: landed.error() };
         let longest = |runs: &[Run]| runs.iter().map(|r| r.range.len() as f64 * r.grid.interval()).fold(0.0, f64::max);
-        let mut horizon = longest(&runs);
+        let mut horizon = longest(&landed.runs);
         let mut held_out = Vec::new();
         let (mut folds, mut refitted) = (Vec::new(), Vec::new());
         for s in self.held_out() {
@@ -325,13 +325,13 @@ impl Data {
                 continue;
             }
             if let Some(initial) = self.initial {
-                let (followed, fold) = self.predicted_after(initial, &composition, &refined.point.shared, s, cancel);
+                let (followed, fold) = self.predicted_after(initial, &composition, shared, s, cancel);
                 folds.push(fold.unwrap_or_else(|| lost(&[s.run()])));
                 held_out.push(followed);
                 continue;
             }
             let runs = [Run { record: 0, ..s.run() }];
-            let fit = self.follow(&composition, &refined.point.shared, &runs, expected, cancel);
+            let fit = self.follow(&composition, shared, &runs, expected, cancel);
             folds.push(fold(&fit, &runs));
             if let Some(cut) = fit.as_ref().filter(|f| f.runs.len() > 1) {
                 horizon = horizon.min(longest(&cut.runs));
@@ -341,16 +341,16 @@ impl Data {
         let steps = self.constants.few_steps();
         for (train, test) in self.folds() {
             if !asked {
-                refitted.push(refined.point.shared.clone());
+                refitted.push(shared.clone());
                 continue;
             }
             let goal = Goal { period, ..self.goal(level, self.options(&cancelled, steps, None)) };
-            let again = shoot(&composition, &train, (&refined.point.shared, None), level, goal, steps);
+            let again = self.fitted_to_the_rest(&composition, &landed, &train, (level, goal));
             let found = again
                 .as_ref()
                 .and_then(|f| self.follow(&composition, &f.refined.point.shared, &test, expected, cancel));
             // Where the rest cannot be fitted the fold is lost, not predicted by a fit that saw it.
-            let lost = || vec![f64::NAN; refined.point.shared.len()];
+            let lost = || vec![f64::NAN; shared.len()];
             refitted.push(again.map_or_else(lost, |f| f.refined.point.shared));
             folds.push(fold(&found, &test));
         }
@@ -365,6 +365,8 @@ impl Data {
         let root = |(squares, samples): (f64, usize)| (squares / samples.max(1) as f64).sqrt();
         let test = folds.iter().fold((0.0, 0), |(s, n), f| (s + f.first.0, n + f.first.1));
         let test_rmse = (test.1 > 0).then(|| root(test));
+        let parameters = composition.named(shared);
+        let Landed { refined, runs, .. } = landed;
         let train_rmse = root(of_first(&runs, &refined.residuals));
         let judged = if self.held_out().is_empty() { self.fit() } else { self.held_out() };
         let gap = Gap {
@@ -374,7 +376,6 @@ impl Data {
             test_nrmse: test_rmse.map(|r| r / spread(judged)),
             horizon,
         };
-        let parameters = composition.named(&refined.point.shared);
         Fitted {
             composition,
             refined: Arc::new(refined),
@@ -389,6 +390,27 @@ impl Data {
             held_out,
             gap,
         }
+    }
+
+    /// A fit to what is left where a part of the data is left out, begun from the fit to all of them. Fewer data need leave no more than
+    /// all do: a fit that leaves so much more has not landed, and begins once more on the motion of that to all.
+    fn fitted_to_the_rest(
+        &self,
+        composition: &Composition,
+        all: &Landed,
+        rest: &[Run],
+        (level, goal): (usize, Goal<'_>),
+    ) -> Option<Landed> {
+        let shared = all.refined.point.shared.as_slice();
+        let first = shoot(composition, rest, (shared, None), level, goal, self.constants.few_steps());
+        let has_landed = |l: &Landed| l.error() <= self.constants.unseen_ratio * all.error();
+        if first.as_ref().is_some_and(has_landed) {
+            return first;
+        }
+        // Records that are left out whole are numbered anew.
+        let motion = (!matches!(self.left_out(), LeftOut::Records)).then(|| all.of(composition));
+        let again = shoot(composition, rest, (shared, motion), level, goal, self.constants.steps);
+        first.into_iter().chain(again).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss))
     }
 
     /// The response along a held-out record whose initial state is estimated from its first `initial` samples alone, and its

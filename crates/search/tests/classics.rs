@@ -4,7 +4,7 @@
 #[path = "study/classics.rs"]
 mod drawn;
 
-use drawn::{Classic, LONG, QUICK, asked, asked_in};
+use drawn::{Classic, LONG, QUICK, alone, asked, asked_in};
 use sindyscope_core::study::Cancel;
 use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
@@ -30,13 +30,13 @@ fn called(scenario: &str) -> &'static Classic {
     QUICK.iter().chain(LONG).find(|classic| classic.0 == scenario).unwrap()
 }
 
+/// What is to be found.
+fn right(classic: &Classic) -> (Vec<String>, Verdict) {
+    (classic.3.iter().map(|&e| e.to_owned()).collect(), Verdict::Named)
+}
+
 fn named(classic: &Classic, seed: u64) {
-    assert_eq!(
-        found(classic, seed),
-        (classic.3.iter().map(|&e| e.to_owned()).collect(), Verdict::Named),
-        "{}",
-        classic.0
-    );
+    assert_eq!(found(classic, seed), right(classic), "{}", classic.0);
 }
 
 #[test]
@@ -61,10 +61,19 @@ fn a_record_never_fitted_is_held_against_noise_of_its_own() {
 #[test]
 fn a_richer_kind_that_the_data_fitted_do_not_tell_from_the_simpler_one_is_not_named() {
     // Along a motion that parts from its neighbours a power of 1.05 is three standard errors from the stop's own, and no likelier.
-    let options = ScenarioOptions { seed: 1, noise: Some(Noise::ShareOfPeak(0.005)), ..ScenarioOptions::default() };
-    let records = RecordSet::new(generate("hard-stop", &options).unwrap().records, Usage::Fit);
-    let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
-    assert_eq!(diagnosed(&records, &ask), (vec!["one_sided_stop".to_owned()], Verdict::Named));
+    let classic = called("hard-stop");
+    let (records, ask) = alone(0.005, classic, 1);
+    assert_eq!(diagnosed(&records, &ask), right(classic));
+}
+
+#[test]
+fn what_is_left_out_in_turn_is_foreseen_by_a_fit_that_has_landed() {
+    // Begun on the measured motion, a fit to the rest left four times the noise after its few steps, and the name was doubted.
+    for scenario in ["van-der-pol", "pendulum"] {
+        let classic = called(scenario);
+        let (records, ask) = alone(0.005, classic, 3);
+        assert_eq!(diagnosed(&records, &ask), right(classic), "{scenario}");
+    }
 }
 
 #[test]
@@ -187,24 +196,26 @@ fn an_angle_that_turns_over_may_be_counted_from_anywhere() {
     assert_eq!((names, diagnosis.verdict), (vec!["pendulum_restoring"], Verdict::Named));
 }
 
-/// Another draw of every one, in release mode.
+/// Other draws of every one, in release mode: with a record held out, and one record alone, of which two effects may do as well.
 #[test]
 #[ignore = "a study"]
 fn the_study_of_classics() {
     let mut wrong = Vec::new();
+    let mut tell = |classic: &Classic, seed: u64, alone: bool, found: (Vec<String>, Verdict)| {
+        let is_right = found == right(classic);
+        let passes = is_right || alone && found.1 == Verdict::Ambiguous;
+        let words = if is_right { "right" } else { "" };
+        let held_out = if alone { "alone" } else { "" };
+        println!("{:20} {seed}  {held_out:5}  {words:5}  {:?} {}", classic.0, found.1, found.0.join(" + "));
+        if !passes {
+            wrong.push((classic.0, seed, alone));
+        }
+    };
     for classic in QUICK.iter().chain(LONG) {
         for seed in 11..=13 {
-            let (names, verdict) = found(classic, seed);
-            let right = verdict == Verdict::Named && names == classic.3;
-            println!(
-                "{:20} {seed}  {:5}  {verdict:?} {}",
-                classic.0,
-                if right { "right" } else { "" },
-                names.join(" + ")
-            );
-            if !right {
-                wrong.push((classic.0, seed));
-            }
+            tell(classic, seed, false, found(classic, seed));
+            let (records, ask) = alone(0.005, classic, seed);
+            tell(classic, seed, true, diagnosed(&records, &ask));
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");

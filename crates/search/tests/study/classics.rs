@@ -38,13 +38,20 @@ pub(crate) fn asked(classic: &Classic, seed: u64) -> (RecordSet, Ask) {
 }
 
 /// The same with another share of noise.
-pub(crate) fn asked_in(share: f64, &(scenario, size, base, _): &Classic, seed: u64) -> (RecordSet, Ask) {
-    let record = |seed, amplitude| -> Vec<Record> {
-        let noise = Some(Noise::ShareOfPeak(share));
-        let options = ScenarioOptions { seed, amplitude: Some(amplitude), noise, ..ScenarioOptions::default() };
-        generate(scenario, &options).unwrap().records
-    };
-    let mut records = RecordSet::new(record(seed, size), Usage::Fit);
-    records.add(record(seed + 100, 0.85 * size), Usage::HeldOut);
-    (records, Ask { base: Some(list(base).unwrap()), ..Ask::default() })
+pub(crate) fn asked_in(share: f64, classic: &Classic, seed: u64) -> (RecordSet, Ask) {
+    let (mut records, ask) = alone(share, classic, seed);
+    records.add(made(0.85, share, classic, seed + 100), Usage::HeldOut);
+    (records, ask)
+}
+
+/// One record with a share of noise, of which parts are left out in turn.
+pub(crate) fn alone(share: f64, classic: &Classic, seed: u64) -> (RecordSet, Ask) {
+    let records = RecordSet::new(made(1.0, share, classic, seed), Usage::Fit);
+    (records, Ask { base: Some(list(classic.2).unwrap()), ..Ask::default() })
+}
+
+fn made(times: f64, share: f64, &(scenario, size, ..): &Classic, seed: u64) -> Vec<Record> {
+    let noise = Some(Noise::ShareOfPeak(share));
+    let options = ScenarioOptions { seed, amplitude: Some(times * size), noise, ..ScenarioOptions::default() };
+    generate(scenario, &options).unwrap().records
 }
