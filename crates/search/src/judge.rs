@@ -194,9 +194,10 @@ pub(super) fn contains(larger: &[usize], smaller: &[usize], forms: &[Form]) -> b
     richer
 }
 
-/// Number of parts of a set: an effect that contains a simpler one counts for two.
+/// Number of parts of a set: an effect that contains a simpler one counts for two, unless the model has all of those already.
 pub(super) fn parts(set: &[usize], forms: &[Form]) -> usize {
-    set.iter().map(|k| 1 + usize::from(!forms[*k].contains.is_empty())).sum()
+    let richer = |form: &Form| forms.iter().any(|simpler| form.includes(simpler));
+    set.iter().map(|k| 1 + usize::from(richer(&forms[*k]))).sum()
 }
 
 /// Decides between sets. `present` is a set that each must contain. `least` is the sum that a set must lead those by that it
@@ -225,6 +226,10 @@ pub(super) fn judge(
         };
         set.unborne.is_none() && sets.iter().filter(simpler).all(|other| constants.tells_apart(set, other))
     };
+    let settles = explained.then_some(far);
+    let settled = |set: &Hypothesis, other: &Hypothesis| {
+        settles.is_some_and(|least| constants.settled(set, other, least).is_some())
+    };
     let stands = |k: usize| {
         let set = &sets[k];
         let part = |other: &&Hypothesis| contains(&set.forms, &other.forms, forms);
@@ -234,7 +239,7 @@ pub(super) fn judge(
             && borne(set)
             && sets.iter().filter(part).all(|other| {
                 let asked = if fewer(&other) { least } else { far };
-                constants.beats(set, other, asked)
+                constants.beats(set, other, asked) || other.forms.len() == present.len() && settled(set, other)
             })
             && !sets.iter().filter(part).filter(fewer).any(enough)
     };
@@ -242,11 +247,7 @@ pub(super) fn judge(
     let best = |list: &[usize]| list.iter().copied().max_by(|a, b| sets[*a].sum().total_cmp(&sets[*b].sum()));
     let Some(first) = best(&standing) else { return Ruling::default() };
     let size = parts(&sets[first].forms, forms);
-    let settles = explained.then_some(far);
-    let wins = |rival: &Hypothesis| {
-        constants.beats(&sets[first], rival, far)
-            || settles.is_some_and(|least| constants.settled(&sets[first], rival, least).is_some())
-    };
+    let wins = |rival: &Hypothesis| constants.beats(&sets[first], rival, far) || settled(&sets[first], rival);
     let rivals = (0..sets.len()).filter(|k| {
         let rival = &sets[*k];
         *k != first

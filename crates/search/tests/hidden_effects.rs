@@ -380,9 +380,18 @@ fn a_sensor_that_clips_is_named_where_held_out_motion_hardly_reaches_its_limit()
     for seed in [6, 7] {
         named_alone(&one("sensor_clipping", ExcitationKind::Multisine, 0.05, seed), "sensor_clipping");
     }
-    // A second mode is at the noise over two periods, though not over the record.
-    let found = run(&one("sensor_clipping", ExcitationKind::Multisine, 0.05, 1)).unwrap();
-    assert!(found.top(1), "{:?}", found.ranking);
+    // Of nine blocks hardly one meets the limit: they lead, but not whichever are drawn again. The data fitted settle it.
+    named_alone(&one("sensor_clipping", ExcitationKind::Multisine, 0.05, 1), "sensor_clipping");
+}
+
+#[test]
+fn a_force_that_remembers_is_no_larger_than_another_effect_where_the_model_has_its_limits() {
+    // Damper and spring, which relaxation contains, are in the model: a delay leads it, but not whichever blocks are drawn again.
+    let instruments = of_kind(NoiseKind::Coloured, 0.05);
+    let case = Case { instruments, ..one("viscoelastic_relaxation", ExcitationKind::SweepPair, 0.05, 0) };
+    let found = run(&case).unwrap();
+    assert_eq!((found.verdict, found.steps), (Verdict::Ambiguous, vec!["input_delay".to_owned()]));
+    assert_eq!(found.others, ["viscoelastic_relaxation"]);
 }
 
 #[test]
