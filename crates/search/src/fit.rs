@@ -324,19 +324,24 @@ impl Data {
                 held_out.push(Followed::default());
                 continue;
             }
-            if let Some(initial) = self.initial {
-                let (followed, fold) = self.predicted_after(initial, &composition, shared, s, cancel);
-                folds.push(fold.unwrap_or_else(|| lost(&[s.run()])));
-                held_out.push(followed);
-                continue;
-            }
             let runs = [Run { record: 0, ..s.run() }];
             let fit = self.follow(&composition, shared, &runs, expected, cancel);
-            folds.push(fold(&fit, &runs));
+            let mut judged = fold(&fit, &runs);
             if let Some(cut) = fit.as_ref().filter(|f| f.runs.len() > 1) {
                 horizon = horizon.min(longest(&cut.runs));
             }
-            held_out.push(fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default());
+            held_out.push(match self.initial {
+                None => fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default(),
+                Some(initial) => {
+                    let (followed, scored) = self.predicted_after(initial, &composition, shared, s, cancel);
+                    // Where stretches that leave noise alone cannot be longer, the opening says nothing of the end.
+                    if level == WHOLE || expected.error > self.constants.mattering() * self.noise {
+                        judged.first = scored.unwrap_or_else(|| lost(&runs).first);
+                    }
+                    followed
+                }
+            });
+            folds.push(judged);
         }
         let steps = self.constants.few_steps();
         for (train, test) in self.folds() {
@@ -413,8 +418,8 @@ impl Data {
         first.into_iter().chain(again).min_by(|a, b| a.refined.rss.total_cmp(&b.refined.rss))
     }
 
-    /// The response along a held-out record whose initial state is estimated from its first `initial` samples alone, and its
-    /// errors on the others; nothing where it does not last.
+    /// The response along a held-out record whose initial state is estimated from its first `initial` samples alone, and the sum of squares
+    /// and number of the first sensor's errors on the others; nothing where it does not last.
     fn predicted_after(
         &self,
         initial: usize,
@@ -422,7 +427,7 @@ impl Data {
         shared: &[f64],
         s: &RecordSeries,
         cancel: &Cancel,
-    ) -> (Followed, Option<Fold>) {
+    ) -> (Followed, Option<(f64, usize)>) {
         let cancelled = || cancel.is_cancelled();
         let steps = self.constants.few_steps();
         let frozen = FitOptions { frozen: true, driven: true, ..self.options(&cancelled, steps, None) };
@@ -435,16 +440,11 @@ impl Data {
         };
         let Some((simulated, found)) = simulated() else { return (Followed::default(), None) };
         let errors: Vec<f64> = run.target().zip(&simulated).map(|(y, m)| y - m).collect();
-        let scored: Vec<&[f64]> = errors.chunks(run.range.len()).filter_map(|sensor| sensor.get(initial..)).collect();
-        let fold = Fold {
-            rss: scored.iter().map(|e| dot(e, e)).sum(),
-            samples: scored.iter().map(|e| e.len()).sum(),
-            passing: 0,
-            first: scored.first().map_or((0.0, 0), |e| (dot(e, e), e.len())),
-        };
+        let scored = errors.chunks(run.range.len()).next().and_then(|sensor| sensor.get(initial..)).unwrap_or_default();
+        let scored = (dot(scored, scored), scored.len());
         let stretches = found.own.first().map(|own| (run.range.clone(), own.clone())).into_iter().collect();
         let beginnings = Beginnings { stretches, offsets: found.offsets };
-        (Followed { simulated, beginnings }, Some(fold))
+        (Followed { simulated, beginnings }, Some(scored))
     }
 
     /// Coefficients of terms to start from: with `L` the response of a linear oscillator of the motion's frequency,

@@ -509,9 +509,9 @@ impl Search {
 /// True if the last model follows the data over longer stretches than the first, or errs less on data never fitted: errors along
 /// stretches of other lengths cannot be compared.
 fn helps(stages: &[Arc<Stage>]) -> bool {
-    let level = |stage: Option<&Arc<Stage>>| stage.and_then(|s| s.fit.0.as_ref()).map(|fitted| fitted.level);
-    let error = |stage: Option<&Arc<Stage>>| stage.map(|s| s.gap.test_rmse.unwrap_or(s.gap.train_rmse));
-    level(stages.last()) > level(stages.first()) || error(stages.last()) < error(stages.first())
+    let fit = |stage: Option<&Arc<Stage>>| stage.and_then(|s| s.fit.0.clone());
+    let (first, last) = (fit(stages.first()), fit(stages.last()));
+    first.zip(last).is_some_and(|(a, b)| b.level > a.level || b.held_out_error() < a.held_out_error())
 }
 
 /// Effects in an order that does not hang on when they were found.
