@@ -388,8 +388,11 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
         let Some(shorter) = shortest(halved) else { break };
         (first, goal) = (shorter, halved);
     }
-    if !sensitive && let Some(again) = begun_shorter(structure, whole, &start.shared, &first, goal) {
-        first = again;
+    if !sensitive
+        && goal.short_if_wrong
+        && let Some(again) = begun_shorter(structure, whole, &start.shared, &first, goal)
+    {
+        (first, goal) = again;
     }
     let top = levels(whole, goal.period);
     if direct.is_some() && bar.is_some_and(|least| first.refined.rss > HOPELESS.0 * least) {
@@ -460,25 +463,36 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
     best.filter(|b| b.error() < DIRECT_FIT_ERROR * motion(whole)).or(Some(longest))
 }
 
-/// A fit along the shortest segments of which a single one holds most of what is left, done again from what half as long ones say;
-/// none where those stay far from the noise too, or it leaves no less. Near a separatrix one segment leads all others away from
-/// values that are right.
-fn begun_shorter(
+/// A fit along the shortest segments that a few have led away from values which are right for all others, done again from what shorter
+/// ones say: a single segment holds most of what is left, or most are near the noise. None where shorter ones stay far from it
+/// too, or nothing less is left. Near a separatrix segments part from what they measure however little is wrong.
+fn begun_shorter<'a>(
     structure: &dyn Structure,
     whole: &[Run],
     shared: &[f64],
     first: &Landed,
-    goal: Goal<'_>,
-) -> Option<Landed> {
+    goal: Goal<'a>,
+) -> Option<(Landed, Goal<'a>)> {
     let near = WRONG_MODEL_ERROR * goal.noise;
     let largest = first.refined.residuals.iter().map(|e| dot(e, e)).fold(0.0, f64::max);
-    if first.error() < near || first.runs.len() < 3 || largest < MOST_OF_WHAT_IS_LEFT * first.refined.rss {
+    let most_are_near = |l: &Landed| l.median_error() < near;
+    let led_away = largest > MOST_OF_WHAT_IS_LEFT * first.refined.rss || most_are_near(first);
+    if first.error() < near || first.runs.len() < 3 || !led_away {
         return None;
     }
-    let halved = Goal { period: 0.5 * goal.period, ..goal };
-    let shorter = shoot(structure, whole, (shared, None), 0, halved, FIRST_STEPS).filter(|l| l.error() < near)?;
+    let mut halved = goal;
+    let shorter = (0..CHAOTIC_HALVINGS).find_map(|_| {
+        halved.period *= 0.5;
+        let shorter = shoot(structure, whole, (shared, None), 0, halved, FIRST_STEPS)?;
+        (shorter.error() < near).then_some(shorter)
+    })?;
     let from = (shorter.refined.point.shared.as_slice(), Some(shorter.of(structure)));
-    shoot(structure, whole, from, 0, goal, goal.options.steps).filter(|again| again.refined.rss < first.refined.rss)
+    let again = shoot(structure, whole, from, 0, goal, goal.options.steps);
+    let parts_within_two_periods = again.as_ref().is_none_or(|again| again.error() > near && again.is_sensitive());
+    if parts_within_two_periods {
+        return Some((shorter, halved));
+    }
+    again.filter(|again| again.refined.rss < first.refined.rss).map(|again| (again, goal))
 }
 
 /// RMS of the weighted motion about its mean.
