@@ -334,7 +334,8 @@ impl Data {
                 None => fit.and_then(|l| followed(&l.runs, &l.refined).pop()).unwrap_or_default(),
                 Some(initial) => {
                     let (followed, scored) = self.predicted_after(initial, &composition, shared, s, cancel);
-                    // Where stretches that leave noise alone cannot be longer, the opening says nothing of the end.
+                    // A motion that a model follows to the noise along stretches, but not to its end, parts from its neighbours: the
+                    // opening says nothing of the end.
                     if level == WHOLE || expected.error > self.constants.mattering() * self.noise {
                         judged.first = scored.unwrap_or_else(|| lost(&runs).first);
                     }

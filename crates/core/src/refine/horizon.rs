@@ -475,8 +475,7 @@ fn begun_shorter<'a>(
 ) -> Option<(Landed, Goal<'a>)> {
     let near = WRONG_MODEL_ERROR * goal.noise;
     let largest = first.refined.residuals.iter().map(|e| dot(e, e)).fold(0.0, f64::max);
-    let most_are_near = |l: &Landed| l.median_error() < near;
-    let led_away = largest > MOST_OF_WHAT_IS_LEFT * first.refined.rss || most_are_near(first);
+    let led_away = largest > MOST_OF_WHAT_IS_LEFT * first.refined.rss || first.median_error() < near;
     if first.error() < near || first.runs.len() < 3 || !led_away {
         return None;
     }
@@ -488,8 +487,8 @@ fn begun_shorter<'a>(
     })?;
     let from = (shorter.refined.point.shared.as_slice(), Some(shorter.of(structure)));
     let again = shoot(structure, whole, from, 0, goal, goal.options.steps);
-    let parts_within_two_periods = again.as_ref().is_none_or(|again| again.error() > near && again.is_sensitive());
-    if parts_within_two_periods {
+    // A chaotic motion may part from its neighbours within two periods.
+    if again.as_ref().is_none_or(|again| again.error() > near && again.is_sensitive()) {
         return Some((shorter, halved));
     }
     again.filter(|again| again.refined.rss < first.refined.rss).map(|again| (again, goal))
