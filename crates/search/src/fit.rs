@@ -344,13 +344,12 @@ impl Data {
             });
             folds.push(judged);
         }
-        let steps = self.constants.few_steps();
+        let goal = Goal { period, ..self.goal(level, self.options(&cancelled, self.constants.few_steps(), None)) };
         for (train, test) in self.folds() {
             if !asked {
                 refitted.push(shared.clone());
                 continue;
             }
-            let goal = Goal { period, ..self.goal(level, self.options(&cancelled, steps, None)) };
             let again = self.fitted_to_the_rest(&composition, &landed, &train, (level, goal));
             let found = again
                 .as_ref()

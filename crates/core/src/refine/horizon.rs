@@ -464,8 +464,9 @@ pub fn land(structure: &dyn Structure, whole: &[Run], start: &Point, goal: Goal<
 }
 
 /// A fit along the shortest segments that a few have led away from values which are right for all others, done again from what shorter
-/// ones say: a single segment holds most of what is left, or most are near the noise. None where shorter ones stay far from it
-/// too, or nothing less is left. Near a separatrix segments part from what they measure however little is wrong.
+/// ones say: a single segment holds most of what is left, or most are near the noise. The fit along the shorter ones itself where a
+/// chaotic motion cannot be followed for longer; none where those stay far from the noise too, or nothing less is left. Near a
+/// separatrix segments part from what they measure however little is wrong.
 fn begun_shorter<'a>(
     structure: &dyn Structure,
     whole: &[Run],
@@ -487,7 +488,6 @@ fn begun_shorter<'a>(
     })?;
     let from = (shorter.refined.point.shared.as_slice(), Some(shorter.of(structure)));
     let again = shoot(structure, whole, from, 0, goal, goal.options.steps);
-    // A chaotic motion may part from its neighbours within two periods.
     if again.as_ref().is_none_or(|again| again.error() > near && again.is_sensitive()) {
         return Some((shorter, halved));
     }
