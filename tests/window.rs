@@ -808,6 +808,8 @@ fn every_sample_opens() {
         (Sample::Rayleigh, 2),
         (Sample::Mathieu, 2),
         (Sample::ParametricPendulum, 2),
+        (Sample::UprightPendulum, 2),
+        (Sample::CoupledPendula, 2),
         (Sample::HardStop, 2),
         (Sample::Freeplay, 2),
         (Sample::Truss, 2),

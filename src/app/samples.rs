@@ -96,6 +96,13 @@ samples! {
     ParametricPendulum: "Parametric pendulum",
         "Parametric resonance: the pivot moves up and down at twice the natural frequency; no input",
         Origin::Scenario("parametric-pendulum", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(70.0);
+    UprightPendulum: "Upright pendulum",
+        "A pendulum on its head that a spring holds, under a torque of many frequencies: the sine pushes away, the spring back",
+        Origin::Scenario("upright-pendulum", &[("seed", "1"), ("noise", "0.5%")]),
+        HeldOut::Other(Origin::Scenario("upright-pendulum", &[("seed", "101"), ("noise", "0.5%"), ("amplitude", "0.85")]));
+    CoupledPendula: "Coupled pendula",
+        "Two pendula with a spring between them, a torque of many frequencies on the first: a sine of each angle",
+        Origin::Scenario("coupled-pendula", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(100.0);
     HardStop: "A stiff stop",
         "A mass that hits a stiff stop on one side, under a force of many frequencies",
         Origin::Scenario("hard-stop", &[("seed", "1"), ("noise", "0.5%")]), HeldOut::From(30.0);
@@ -134,7 +141,7 @@ impl Sample {
     pub(crate) const OWN: [Self; 4] = [Self::Duffing, Self::Friction, Self::Lorenz, Self::Overfit];
 
     /// The oscillators that courses begin with; the first four stand beside the program's own where there is room.
-    pub(crate) const CLASSICS: [Self; 19] = [
+    pub(crate) const CLASSICS: [Self; 21] = [
         Self::VanDerPol,
         Self::DoubleWell,
         Self::Pendulum,
@@ -144,6 +151,8 @@ impl Sample {
         Self::Rayleigh,
         Self::Mathieu,
         Self::ParametricPendulum,
+        Self::UprightPendulum,
+        Self::CoupledPendula,
         Self::HardStop,
         Self::Freeplay,
         Self::Truss,

@@ -46,6 +46,10 @@ pub enum Sample {
     Mathieu,
     /// A pendulum whose pivot moves up and down at twice its frequency.
     ParametricPendulum,
+    /// A pendulum on its head that a spring holds.
+    UprightPendulum,
+    /// Two pendula with a spring between them.
+    CoupledPendula,
     /// A mass that hits a stiff stop on one side.
     HardStop,
     /// A mass with a gap before the springs on either side.
