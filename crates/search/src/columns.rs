@@ -41,7 +41,7 @@ pub(super) struct Inputs<'a> {
 
 impl RecordSeries {
     pub(super) fn clock(&self) -> Clock {
-        Clock { start: self.start, interval: self.interval }
+        Clock { start: self.clock, interval: self.interval }
     }
 
     /// Its motion as smoothed without a model.
@@ -100,7 +100,7 @@ pub(super) fn forces_of_each<T: AsRef<Term>>(
         let mut states = path.states();
         states.extend(z.iter().map(Vec::as_slice));
         let block = SampleBlock {
-            start: series.start,
+            start: series.clock,
             interval: series.interval,
             states: &states,
             inputs: &inputs.values,

@@ -2,6 +2,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
 use super::GapError;
+use super::clocks::unmeasured_tone;
 use super::constants::Constants;
 use super::effort::Counters;
 use super::propose::{MeasuredPath, PresentModel};
@@ -32,6 +33,8 @@ pub(super) struct RecordSeries {
     pub(super) name: Arc<str>,
     pub(super) usage: Usage,
     pub(super) start: f64,
+    /// Its first sample's time by the clock of forces that depend on time, s.
+    pub(super) clock: f64,
     pub(super) interval: f64,
     /// What each mass's sensor shows, what it showed, and what its residuals count beside the first's.
     pub(super) outputs: Vec<Output>,
@@ -93,6 +96,8 @@ pub(super) struct Data {
     pub(super) frequency: f64,
     /// Period of the fitted motion by its accelerations, s: what segments of records are measured by.
     pub(super) period: f64,
+    /// Frequency of a force that all records have and no input, Hz.
+    pub(super) tone: Option<f64>,
     pub(super) notices: Vec<String>,
     /// The motion of each fitted record, once it was asked for.
     paths: OnceLock<Arc<[MeasuredPath]>>,
@@ -199,6 +204,12 @@ impl Data {
         }
         let shown_unit = unit(sensors[0]);
         check()?;
+        let tone = unmeasured_tone(&series, fitted, frequency);
+        if let Some(tone) = tone.as_ref().filter(|tone| !tone.later.is_empty()) {
+            notices.push(tone.notice(&series));
+            series.iter_mut().zip(&tone.later).for_each(|(s, later)| s.begin_at(s.start + later));
+        }
+        check()?;
         let coarse = coarse_steps(&series[..fitted], &noises);
         if let Some((i, step)) = coarse {
             let step = format_si(step, &unit(sensors[i]), 3);
@@ -229,6 +240,7 @@ impl Data {
             datum: 0.0,
             frequency,
             period,
+            tone: tone.filter(|tone| !tone.pulsates).map(|tone| tone.frequency),
             notices,
             paths: OnceLock::new(),
         })
@@ -501,6 +513,7 @@ impl RecordSeries {
             name: record.name.as_str().into(),
             usage,
             start: record.start,
+            clock: record.start,
             interval: record.interval,
             measured: sensors.iter().map(|role| channel(*role)).collect(),
             outputs: sensors.iter().copied().map(output).collect(),
@@ -513,6 +526,12 @@ impl RecordSeries {
             smoothed,
             index: 0,
         }
+    }
+
+    /// Sets the clock that forces which depend on time go by.
+    fn begin_at(&mut self, clock: f64) {
+        self.clock = clock;
+        self.grid = Arc::new(self.grid.starting(clock));
     }
 
     /// True if no input drives it.

@@ -27,6 +27,7 @@
 mod audit;
 mod between;
 mod borne;
+mod clocks;
 mod colour;
 mod columns;
 mod constants;

@@ -130,7 +130,11 @@ impl Data {
         };
         let base = |r: usize| if self.base_excited { self.fit()[r].inputs.first() } else { None };
         let across = |r: usize, k: usize| motion.measured[r].x[lead][k] - base(r).map_or(0.0, |u| u[k]);
-        (lines(&[1.0], &|_, _, force| force), lines(&[1.0, 2.0], &|r, k, force| force * across(r, k)))
+        // A spring without a damper that is tuned to the tone swings along with it, and lacks nothing there.
+        let mut forces = lines(&[1.0], &|_, _, force| force);
+        forces.extend(self.tone);
+        forces.sort_by(f64::total_cmp);
+        (forces, lines(&[1.0, 2.0], &|r, k, force| force * across(r, k)))
     }
 
     /// What a fitted model lacks of one mass's acceleration along the motion that was smoothed without a model: a series a record.

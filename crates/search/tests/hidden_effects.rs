@@ -13,13 +13,13 @@ use sindyscope_rig::hidden::{
     possible,
 };
 use sindyscope_search::{Ask, Search, Site, Verdict};
-use sindyscope_values::record::{RecordSet, Usage};
+use sindyscope_values::record::{Record, RecordSet, Usage};
 use study::classics::{Classic, LONG, QUICK};
 use study::experiments::{self, Outcome};
 use study::places::{Found, draw, two_contacts};
 use study::{
-    Case, REGIME_HEADING, Targets, cases, confusion, draws, in_regime, median, miss, odds, of_kind, regime_line, run,
-    run_all, share, white,
+    Case, Drawn, REGIME_HEADING, Targets, cases, confusion, draws, in_regime, median, miss, odds, of_kind, regime_line,
+    run, run_all, share, white,
 };
 use study::{proposals, two_masses};
 
@@ -96,6 +96,23 @@ fn a_hidden_effect_is_named_and_the_gap_shrinks_to_the_noise() {
         let found = named_alone(&one(effect, ExcitationKind::Multisine, 0.01, seed), effect);
         // Held-out data of 1500 samples scatter by 2 %; parameters add next to nothing.
         assert!(found.last < 1.1 && found.base > 2.0 * found.last, "{effect}: {} → {} noises", found.base, found.last);
+    }
+}
+
+#[test]
+fn a_force_that_goes_on_by_its_own_clock_is_named_though_records_began_apart() {
+    for seed in [0, 1] {
+        let case = one("unmeasured_harmonic_force", ExcitationKind::Multisine, 0.01, seed);
+        let Drawn { records, ask, .. } = study::drawn(&case).unwrap();
+        let mut apart = RecordSet::default();
+        for (k, (record, usage)) in records.entries.iter().enumerate() {
+            apart.add([Record { start: 0.0, ..record.slice(137 * k..record.len()) }], *usage);
+        }
+        let found = Search::new(&apart, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+        let steps: Vec<&str> = found.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
+        let named = (found.verdict, steps.as_slice());
+        assert_eq!(named, (Verdict::Named, ["unmeasured_harmonic_force"].as_slice()), "{}", found.sentence);
+        assert!(found.notices.iter().any(|n| n.contains("that no input has")), "{:?}", found.notices);
     }
 }
 

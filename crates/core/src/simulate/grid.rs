@@ -157,6 +157,11 @@ impl InputGrid {
         Self { channels, ..*self }
     }
 
+    /// These inputs from another time on, s.
+    pub fn starting(&self, start: f64) -> Self {
+        Self { start, ..self.clone() }
+    }
+
     /// These inputs between their samples by another interpolation, the polynomial through the six samples nearest to each
     /// interval, on a grid that is `finer` times as fine. None if an input's derivative came with it.
     pub fn other_course(&self, finer: usize) -> Option<Self> {
