@@ -139,12 +139,9 @@ fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
         STANDS_OUT * uncertain < 1.0 && (first.0 - second.0).hypot(first.1 - second.1) < share * a.hypot(*b)
     };
     let is_most = |(s, (a, b)): (&Sampled<'_>, &(f64, f64))| {
-        let lacking = s.without(shared);
-        let [cosine, sine] = s.waves(wave);
-        let rest =
-            lacking.iter().zip(cosine.iter().zip(&sine)).map(|(l, (c, s))| l - a * c - b * s).collect::<Vec<f64>>();
+        let (lacking, rest) = (s.without(shared), s.beside(shared, wave, (*a, *b)));
         let of_lines = |values: &[f64]| Some(lines(&s.spectrum(values)?).iter().map(|(_, a)| a * a).sum::<f64>());
-        let matters = a.hypot(*b) * rms(&cosine) > MATTERS * rms(&s.target);
+        let matters = a.hypot(*b) * rms(&s.waves(wave)[0]) > MATTERS * rms(&s.target);
         matters && of_lines(&rest).zip(of_lines(&lacking)).is_some_and(|(rest, all)| rest < 0.5 * all)
     };
     let all_go_on = sampled.iter().zip(&uncertain).zip(&sizes).all(goes_on);
@@ -194,10 +191,7 @@ fn solved(records: &[Sampled<'_>], wave: Option<Wave>) -> Option<Vec<f64>> {
 fn left(records: &[Sampled<'_>], wave: Wave, found: &[f64]) -> f64 {
     let of_record = |(r, s): (usize, &Sampled<'_>)| {
         let (shared, own) = found.split_at(s.columns.len());
-        let mut rest = s.without(shared);
-        for (wave, coefficient) in s.waves(wave).iter().zip(&own[2 * r..]) {
-            rest.iter_mut().zip(wave).for_each(|(rest, w)| *rest -= coefficient * w);
-        }
+        let rest = s.beside(shared, wave, (own[2 * r], own[2 * r + 1]));
         dot(&rest, &rest)
     };
     records.iter().enumerate().map(of_record).sum()
@@ -249,6 +243,15 @@ impl<'a> Sampled<'a> {
         let mut rest = self.target.clone();
         for (column, coefficient) in self.columns.iter().zip(coefficients) {
             rest.iter_mut().zip(column).for_each(|(rest, c)| *rest -= coefficient * c);
+        }
+        rest
+    }
+
+    /// What is left with a wave of this size, cosine and sine, too.
+    fn beside(&self, coefficients: &[f64], wave: Wave, size: (f64, f64)) -> Vec<f64> {
+        let mut rest = self.without(coefficients);
+        for (wave, size) in self.waves(wave).iter().zip([size.0, size.1]) {
+            rest.iter_mut().zip(wave).for_each(|(rest, w)| *rest -= size * w);
         }
         rest
     }
