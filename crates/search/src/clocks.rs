@@ -9,10 +9,9 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
 use super::data::RecordSeries;
-use sindyscope_core::signal::{Spectrum, dot, rms};
+use sindyscope_core::signal::{Spectrum, median, rms};
+use sindyscope_core::sparse::{BoundedSolution, Bounds, bounded_least_squares};
 use sindyscope_values::format::units::format_si;
 
 /// What a line is: so many times the median of the lines around it, so many to either side.
@@ -89,7 +88,7 @@ pub(super) fn unmeasured_tone(series: &[RecordSeries], fitted: usize, motion: f6
     let masses = series[0].smoothed.states.len() / 2;
     (0..masses).find_map(|mass| {
         let sampled: Vec<Sampled<'_>> = series.iter().map(|s| Sampled::new(s, mass)).collect();
-        let linear = solved(&sampled[..fitted], None)?;
+        let linear = solved(&sampled[..fitted], None)?.coefficients;
         let lacking: Vec<Spectrum> = sampled.iter().map(|s| s.lacking(&linear)).collect::<Option<_>>()?;
         let moving: Vec<Spectrum> = sampled.iter().map(Sampled::moving).collect::<Option<_>>()?;
         [lacking, moving].into_iter().find_map(|spectra| {
@@ -102,9 +101,9 @@ pub(super) fn unmeasured_tone(series: &[RecordSeries], fitted: usize, motion: f6
     })
 }
 
-/// The clocks by a line near a frequency: that of a force, or a sideband of a stiffness that pulsates, whichever explains more.
-fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
-    let fit = &sampled[..fitted];
+/// The wave that explains most near a line, and coefficients of the columns beside it: a force, or a stiffness that pulsates, of
+/// which the line is a sideband.
+fn explaining_most(fit: &[Sampled<'_>], line: f64) -> Option<(Wave, Vec<f64>)> {
     let width = fit.iter().map(Sampled::resolution).fold(f64::INFINITY, f64::min);
     let main = lines(&fit[0].moving()?).first().map_or(0.0, |(f, _)| *f);
     let pulsations = [line + main, (line - main).abs()].map(|frequency| Wave { frequency, pulsates: true });
@@ -114,14 +113,18 @@ fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
         let at = move |k: i32| wave.frequency + width * f64::from(k) / f64::from(TRIED);
         (-TRIED..=TRIED).map(move |k| Wave { frequency: at(k), ..wave })
     };
-    let all = kinds.flat_map(near).filter_map(|wave| {
-        let found = solved(fit, Some(wave))?;
-        Some((left(fit, wave, &found), wave, found))
-    });
-    let (_, wave, found) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let shared = &found[..fit[0].columns.len()];
+    let all = kinds.flat_map(near).filter_map(|wave| Some((wave, solved(fit, Some(wave))?)));
+    let (wave, found) = all.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares))?;
+    let shared = found.coefficients[..fit[0].columns.len()].to_vec();
+    Some((wave, shared))
+}
+
+/// The clocks by a line near a frequency.
+fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
+    let (wave, shared) = explaining_most(&sampled[..fitted], line)?;
+    let shared = shared.as_slice();
     let size = |s: &Sampled<'_>| s.size(shared, wave, 0..s.target.len());
-    let sizes: Vec<(f64, f64)> = sampled.iter().map(size).collect();
+    let sizes: Vec<(f64, f64)> = sampled.iter().map(size).collect::<Option<_>>()?;
     let amplitudes = sizes.iter().map(|(a, b)| a.hypot(*b));
     let (least, largest) = amplitudes.fold((f64::INFINITY, 0.0_f64), |(least, most), a| (least.min(a), most.max(a)));
     let alike = largest < ALIKE * least;
@@ -134,7 +137,8 @@ fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
     let uncertain: Vec<f64> = sampled.iter().map(uncertain).collect::<Option<_>>()?;
     let goes_on = |((s, uncertain), (a, b)): ((&Sampled<'_>, &f64), &(f64, f64))| {
         let middle = s.target.len() / 2;
-        let [first, second] = [0..middle, middle..s.target.len()].map(|half| s.size(shared, wave, half));
+        let halves = [0..middle, middle..s.target.len()].map(|half| s.size(shared, wave, half));
+        let [Some(first), Some(second)] = halves else { return false };
         let share = GOES_ON + 4.0 * uncertain;
         STANDS_OUT * uncertain < 1.0 && (first.0 - second.0).hypot(first.1 - second.1) < share * a.hypot(*b)
     };
@@ -161,40 +165,16 @@ fn set_by(sampled: &[Sampled<'_>], fitted: usize, line: f64) -> Option<Tone> {
 }
 
 /// Coefficients of the columns over records, then of each record's cosine and sine.
-fn solved(records: &[Sampled<'_>], wave: Option<Wave>) -> Option<Vec<f64>> {
-    let shared = records.first()?.columns.len();
-    let own = if wave.is_some() { 2 } else { 0 };
-    let unknowns = shared + own * records.len();
-    let (mut square, mut right) = (DMatrix::<f64>::zeros(unknowns, unknowns), DVector::<f64>::zeros(unknowns));
+fn solved(records: &[Sampled<'_>], wave: Option<Wave>) -> Option<BoundedSolution> {
+    let over_all = |k: usize| records.iter().flat_map(|s| &s.columns[k]).copied().collect::<Vec<f64>>();
+    let mut columns: Vec<Vec<f64>> = (0..records.first()?.columns.len()).map(over_all).collect();
     for (r, s) in records.iter().enumerate() {
-        let waves: Vec<Vec<f64>> = wave.into_iter().flat_map(|wave| s.waves(wave)).collect();
-        let place = |k: usize| if k < shared { k } else { k + own * r };
-        let columns: Vec<&Vec<f64>> = s.columns.iter().chain(&waves).collect();
-        for (i, a) in columns.iter().enumerate() {
-            right[place(i)] += dot(a, &s.target);
-            for (j, b) in columns.iter().enumerate() {
-                square[(place(i), place(j))] += dot(a, b);
-            }
-        }
+        let rows = |of: &[Sampled<'_>]| vec![0.0; of.iter().map(|s| s.target.len()).sum()];
+        let alone = |own: Vec<f64>| [rows(&records[..r]), own, rows(&records[r + 1..])].concat();
+        columns.extend(wave.into_iter().flat_map(|wave| s.waves(wave)).map(alone));
     }
-    let scale: Vec<f64> = (0..unknowns).map(|k| square[(k, k)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
-    // Columns that say the same share what they explain.
-    let scaled = DMatrix::from_fn(unknowns, unknowns, |i, j| {
-        square[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 }
-    });
-    let right = DVector::from_fn(unknowns, |k, _| right[k] * scale[k]);
-    let solution = scaled.cholesky()?.solve(&right);
-    Some(solution.iter().zip(&scale).map(|(value, scale)| value * scale).collect())
-}
-
-/// The sum of squares that coefficients of the columns and of a wave leave.
-fn left(records: &[Sampled<'_>], wave: Wave, found: &[f64]) -> f64 {
-    let of_record = |(r, s): (usize, &Sampled<'_>)| {
-        let (shared, own) = found.split_at(s.columns.len());
-        let rest = s.beside(shared, wave, (own[2 * r], own[2 * r + 1]));
-        dot(&rest, &rest)
-    };
-    records.iter().enumerate().map(of_record).sum()
+    let target: Vec<f64> = records.iter().flat_map(|s| &s.target).copied().collect();
+    bounded_least_squares(&columns, &target, &vec![Bounds::OPEN; columns.len()])
 }
 
 /// The lines of a spectrum that stand out, Hz with their amplitudes, the largest first.
@@ -209,11 +189,9 @@ fn lines(spectrum: &Spectrum) -> Vec<(f64, f64)> {
 
 /// The median of the lines around one, without those that it spreads to.
 fn around(amplitudes: &[f64], k: usize) -> f64 {
-    let near =
-        (k.saturating_sub(AROUND)..(k + AROUND + 1).min(amplitudes.len())).filter(|j| j.abs_diff(k) > 3 && *j > 0);
-    let mut values: Vec<f64> = near.map(|j| amplitudes[j]).collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
+    let near = k.saturating_sub(AROUND)..(k + AROUND + 1).min(amplitudes.len());
+    let near = near.filter(|j| j.abs_diff(k) > 3 && *j > 0);
+    median(near.map(|j| amplitudes[j]).collect()).unwrap_or(f64::INFINITY)
 }
 
 impl<'a> Sampled<'a> {
@@ -222,15 +200,10 @@ impl<'a> Sampled<'a> {
         let window: Vec<f64> = (0..n).map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos()).collect();
         let under = |values: &[f64]| values.iter().zip(&window).map(|(v, w)| v * w).collect::<Vec<f64>>();
         let states = &series.smoothed.states;
-        let v = &states[states.len() / 2 + mass];
-        let acceleration = |k: usize| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(n - 1));
-            (v[after] - v[before]) / ((after - before) as f64 * series.interval)
-        };
         let known = states.iter().chain(&series.inputs).chain(&series.input_rates);
         Self {
             columns: known.map(|c| under(c)).chain([window.clone()]).collect(),
-            target: under(&(0..n).map(acceleration).collect::<Vec<f64>>()),
+            target: under(&series.path().acceleration(mass, series.interval)),
             inputs: series.inputs.iter().filter_map(|u| Spectrum::new(u, series.interval)).collect(),
             window,
             series,
@@ -257,13 +230,12 @@ impl<'a> Sampled<'a> {
     }
 
     /// Cosine's and sine's part in what coefficients of the columns leave of some samples.
-    fn size(&self, coefficients: &[f64], wave: Wave, range: Range<usize>) -> (f64, f64) {
-        let (rest, [cosine, sine]) = (self.without(coefficients), self.waves(wave));
-        let [rest, cosine, sine] = [&rest, &cosine, &sine].map(|values| &values[range.clone()]);
-        let (cc, cs, ss) = (dot(cosine, cosine), dot(cosine, sine), dot(sine, sine));
-        let (c, s) = (dot(cosine, rest), dot(sine, rest));
-        let determinant = cc * ss - cs * cs;
-        ((c * ss - s * cs) / determinant, (s * cc - c * cs) / determinant)
+    fn size(&self, coefficients: &[f64], wave: Wave, range: Range<usize>) -> Option<(f64, f64)> {
+        let rest = self.without(coefficients);
+        let waves = self.waves(wave);
+        let parts = waves.each_ref().map(|wave| &wave[range.clone()]);
+        let found = bounded_least_squares(&parts, &rest[range.clone()], &[Bounds::OPEN; 2])?.coefficients;
+        Some((found[0], found[1]))
     }
 
     /// The spectrum of values that are under the window.

@@ -27,6 +27,16 @@ impl MotionPath {
         self.x.first().map_or(0, Vec::len)
     }
 
+    /// Of a mass, from its velocity at the samples on either side.
+    pub(super) fn acceleration(&self, mass: usize, interval: f64) -> Vec<f64> {
+        let v = &self.v[mass];
+        let slope = |k: usize| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(v.len() - 1));
+            (v[after] - v[before]) / ((after - before) as f64 * interval)
+        };
+        (0..v.len()).map(slope).collect()
+    }
+
     /// Displacements, then velocities.
     pub(super) fn states(&self) -> Vec<&[f64]> {
         self.x.iter().chain(&self.v).map(Vec::as_slice).collect()

@@ -145,12 +145,8 @@ impl Data {
             let path = s.path();
             let columns = forces(&composed.terms, &composed.internals, &self.layout, s, &s.inputs(), &path);
             let there = accelerations(self.masses(), &composed.terms, coefficients, &columns, s.len());
-            let v = &path.v[mass];
-            let lacking = |k: usize| {
-                let (before, after) = (k.saturating_sub(1), (k + 1).min(s.len() - 1));
-                (v[after] - v[before]) / ((after - before) as f64 * s.interval) - there[mass][k]
-            };
-            (0..s.len()).map(lacking).collect()
+            let acceleration = path.acceleration(mass, s.interval);
+            acceleration.iter().zip(&there[mass]).map(|(a, there)| a - there).collect()
         };
         self.fit().iter().map(of_record).collect()
     }
