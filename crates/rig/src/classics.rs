@@ -44,10 +44,16 @@ static TWO_WELLS: PlantKind = PlantKind {
     units: FORCED,
 };
 
-/// `ẍ − μ(1 − x²)ẋ + x = u`.
+/// `ẍ − μ(1 − x²)ẋ + x + βx³ = u`.
 static VAN_DER_POL: PlantKind = PlantKind {
-    parameters: &[parameter("mu", 1.0, "1/s", "negative damping about the middle")],
-    build: |p| smooth([(x(), -1.0), (v(), p[0]), (x().power(2.0) * v(), -p[0]), (u(), 1.0)]),
+    parameters: &[
+        parameter("mu", 1.0, "1/s", "negative damping about the middle"),
+        parameter("beta", 0.0, "1/(m^2 s^2)", "cubic stiffness"),
+    ],
+    build: |p| {
+        let parts = [(x(), -1.0), (v(), p[0]), (x().power(2.0) * v(), -p[0]), (x().power(3.0), -p[1]), (u(), 1.0)];
+        smooth(parts)
+    },
     units: FORCED,
 };
 

@@ -32,7 +32,7 @@ impl Search {
         let Proposal { composition, shared, .. } = proposal;
         let constants = &self.data.constants;
         self.data.counters.fit();
-        let free = Composition { passive: false, ..composition.clone() };
+        let free = composition.free();
         let held_against = |composition: &Composition, landed: Landed| {
             let lost = lost(&landed);
             let fitted = match lost || self.data.can_be_asked_later() {
@@ -164,6 +164,11 @@ impl Search {
 }
 
 impl Composition {
+    /// The same model, of which a damper may push.
+    pub(super) fn free(&self) -> Self {
+        Self { passive: false, ..self.clone() }
+    }
+
     /// A row of shared parameters moved into this composition's bounds.
     pub(super) fn clamped(&self, row: &[f64]) -> Vec<f64> {
         row.iter().zip(self.bounds()).map(|(v, (low, high))| v.clamp(low, high)).collect()

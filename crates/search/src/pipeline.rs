@@ -390,8 +390,8 @@ impl Search {
     }
 
     /// Fits the best set with one effect exchanged: for one over the same quantity that did as well alone or takes the place of a term,
-    /// and where the set leaves more than noise, for a richer or another kind of it. The regression, which orders sets, may not have
-    /// seen what they do together. False if nothing was new.
+    /// for a richer kind of one that is a richer kind itself, and where the set leaves more than noise, for a richer or another kind of
+    /// any. The regression, which orders sets, may not have seen what they do together. False if nothing was new.
     fn exchange(&self, tried: &mut Tried, cancel: &Cancel) -> bool {
         let Some(base) = self.known(&[]) else { return false };
         let sound = |k: &usize| tried.sets[*k].unborne.is_none() && !tried.sets[*k].forms.is_empty();
@@ -406,7 +406,10 @@ impl Search {
         };
         let other_kind = |new: usize, old: usize| {
             let (new, old) = (&tried.forms[new], &tried.forms[old]);
-            !explains && (new.is_richer_kind_of(old) || new.effect == old.effect && new.acts_like(old))
+            // What is richer than the simplest of its kind may stand for one that is richer than it.
+            let simplest = || !tried.forms.iter().any(|simpler| old.is_richer_kind_of(simpler));
+            let richer = new.is_richer_kind_of(old) && !(explains && simplest());
+            richer || !explains && new.effect == old.effect && new.acts_like(old)
         };
         let as_good = |new: usize, old: usize| {
             let alike = tried.forms[new].acts_like(&tried.forms[old]);
@@ -497,7 +500,7 @@ impl Search {
         let start = regressed.unwrap_or_else(|| self.unfitted(base, &chosen));
         let own = start.composition.named(&start.shared);
         let shared = start.composition.transferred(&own, &other.composition, &other.parameters).row();
-        Some(Proposal { shared: start.composition.clamped(&shared), ..start })
+        Some(Proposal { shared: start.composition.free().clamped(&shared), ..start })
     }
 
     /// Effects beside the base model as it is, each without a force of its own yet.

@@ -302,6 +302,11 @@ impl Search {
             last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
             doubt = doubt_of(&stage, &last)?;
         }
+        if doubt == Some(Doubt::MoreIsLeft) && self.leave_guesses(&mut tried, cancel) {
+            stage = tried.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
+            last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
+            doubt = doubt_of(&stage, &last)?;
+        }
         let mut ambiguous = !tried.ruling.rivals.is_empty();
         let told = match self.steps(&base, (&mut tried, &looks), tell, cancel) {
             // Effects of which none can be fitted by itself cannot be told one after the other.
@@ -342,6 +347,33 @@ impl Search {
         diagnosis.explained = explained;
         diagnosis.description = description;
         Ok(diagnosis)
+    }
+
+    /// Takes the last effects off a winner that does not close the gap, as long as they are guesses: with them data never fitted are
+    /// predicted no better, or rivals have others in their place and they leave more than they close. False if there are none.
+    fn leave_guesses(&self, tried: &mut Tried, cancel: &Cancel) -> bool {
+        let mut left_some = false;
+        while let Some(winner) = tried.winner().filter(|winner| winner.forms.len() > 1) {
+            let disputed = tried.disputed(|rival, own| rival == own);
+            let Some(last) = self.order_of(tried, winner, cancel).pop() else { break };
+            let mut rest = winner.forms.clone();
+            rest.retain(|k| choice(&tried.forms[*k]) != last);
+            let Some(without) = tried.place(&rest) else { break };
+            let fewer = self.asked(&tried.sets[without].fitted, cancel);
+            let noise = self.data.unseen_noise();
+            let square = |fitted: &Fitted| (fitted.held_out_error().powi(2) - noise * noise).max(0.0);
+            let (before, after) = (square(&fewer), square(&winner.fitted));
+            let as_far = winner.fitted.level <= fewer.level;
+            if !as_far || after < before && (!disputed.contains(&last) || 2.0 * after < before) {
+                break;
+            }
+            tried.sets[without].fitted = fewer;
+            let Tried { ruling, sets, .. } = &mut *tried;
+            ruling.rivals.retain(|k| *k != without && !rest.iter().all(|form| sets[*k].forms.contains(form)));
+            ruling.winner = Some(without);
+            left_some = true;
+        }
+        left_some
     }
 
     /// True if what a model leaves matters: more noises than may be, or a share of what was found.

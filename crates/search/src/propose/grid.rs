@@ -9,6 +9,7 @@ use super::{FoundSets, GridPoint, GridStep, Score, SetRegression};
 use crate::columns::COLUMNS_AT_ONCE;
 use crate::constants::LARGEST_SET;
 use crate::effects::{ForceAxis, Form};
+use crate::site::Site;
 use crate::structure::Composed;
 use sindyscope_core::parallel::prelude::*;
 
@@ -33,7 +34,16 @@ impl SetRegression<'_> {
             .collect();
         let mut preloads = self.model.zeros();
         self.model.rows.whiten(&mut preloads);
-        let preloaded = base.beside(&self.pool.iter().map(Vec::as_slice).collect::<Vec<_>>(), &preloads);
+        let pool: Vec<&[f64]> = self.pool.iter().map(Vec::as_slice).collect();
+        let preloaded = base.beside(&pool, &preloads);
+        // Something holds a motion that pulsates by itself, and may hide at which frequency: what is met most often does.
+        let mut met_often: Vec<(Option<Site>, Gram, Vec<Vec<f64>>)> = Vec::new();
+        for site in self.pulsating().map(|form| form.site) {
+            if !met_often.iter().any(|(known, ..)| *known == site) {
+                let columns = self.commonest(site);
+                met_often.push((site, base.beside(&pool, &columns), columns));
+            }
+        }
         // What it leaves beside the base, and beside a constant force too: under a load a contact lies elsewhere.
         type Built = ([f64; 2], Vec<Vec<f64>>, GridPoint);
         let useful = |(columns, point): (Vec<Vec<f64>>, GridPoint)| -> Option<Built> {
@@ -42,9 +52,15 @@ impl SetRegression<'_> {
                 self.left_beside((base, further), &columns, (&point.replaces, point.rewrites), form)
             };
             // Only what depends on the displacement has a place that a load moves.
-            let moves = self.forms[form].axis == ForceAxis::Displacement;
-            let under_load = if moves { beside(&preloaded, &preloads) } else { None };
-            let left = [beside(&base, &[]), under_load].map(|l| l.unwrap_or(f64::INFINITY));
+            let beside_others = match self.forms[form].axis {
+                ForceAxis::Displacement => beside(&preloaded, &preloads),
+                ForceAxis::Time if !self.forms[form].inner.is_empty() => {
+                    let often = met_often.iter().find(|(site, ..)| *site == self.forms[form].site);
+                    often.and_then(|(_, base, columns)| beside(base, columns))
+                }
+                _ => None,
+            };
+            let left = [beside(&base, &[]), beside_others].map(|l| l.unwrap_or(f64::INFINITY));
             // What takes the place of a term may leave more than it alone, and less beside what else is missing.
             let exchanged = !point.replaces.is_empty() && left[0].is_finite();
             // What is met often may be nothing alone, or act the wrong way round, and be right beside another effect: a steady
@@ -73,6 +89,20 @@ impl SetRegression<'_> {
             kept.extend(own.into_iter().cloned());
         }
         kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
+    }
+
+    /// Effects of which the force goes by the clock, each at a frequency of its own.
+    fn pulsating(&self) -> impl Iterator<Item = &Form> {
+        self.forms.iter().filter(|form| form.axis == ForceAxis::Time && !form.inner.is_empty())
+    }
+
+    /// Columns of what is met most often of forces that depend on the motion at a place.
+    fn commonest(&self, site: Option<Site>) -> Vec<Vec<f64>> {
+        let over_motion = |form: &Form| matches!(form.axis, ForceAxis::Displacement | ForceAxis::Velocity);
+        let is_wanted = |form: &Form| form.site == site && form.is_common() && over_motion(form);
+        let there: Vec<_> = self.forms.iter().enumerate().filter(|(_, form)| is_wanted(form)).collect();
+        let points: Vec<_> = there.into_iter().map(|(k, _)| (k, Vec::new(), Vec::new())).collect();
+        self.with_columns(&points).into_iter().flat_map(|(columns, _)| columns).collect()
     }
 
     /// Points of forms (index, inner values, steps) with their columns, which are whitened together.

@@ -239,7 +239,8 @@ impl SetRegression<'_> {
             None => points[*p].columns.clone().skip(points[*p].rewrites).filter_map(value).collect(),
         });
         let mut coefficients: Vec<f64> = base.chain(own).collect();
-        let ranges = composition.ranges().coefficients;
+        // A damper that pushes beside other effects does so from where the fit begins.
+        let ranges = composition.free().ranges().coefficients;
         if coefficients.len() != ranges.len() {
             return None;
         }
