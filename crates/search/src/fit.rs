@@ -230,7 +230,10 @@ impl Data {
         cancel: &Cancel,
     ) -> Option<Landed> {
         let cancelled = || cancel.is_cancelled();
-        let Wanted { level, period, error } = wanted;
+        // A record never fitted may be noisier than those that are.
+        let error = records.iter().map(|run| self.noise_in(run)).fold(wanted.error, f64::max);
+        let wanted = Wanted { error, ..wanted };
+        let Wanted { level, period, .. } = wanted;
         let goal = self.followed_to(wanted, &cancelled);
         let (steps, astray) = (self.constants.few_steps(), self.constants.unseen_ratio * error);
         let direct = shoot(composition, records, (shared, None), level, goal, steps);

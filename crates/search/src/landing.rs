@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::effects::logarithmic;
+use super::effects::{Form, logarithmic};
 use super::fit::{Fitted, WHOLE};
 use super::judge::Hypothesis;
 use super::propose::Proposal;
@@ -167,6 +167,11 @@ impl Composition {
     /// The same model, of which a damper may push.
     pub(super) fn free(&self) -> Self {
         Self { passive: false, ..self.clone() }
+    }
+
+    /// The model as a fit of it begins: a damper pushes from the start where something bounds what it does.
+    pub(super) fn begun(&self) -> Self {
+        if self.forms.iter().any(Form::bounds_a_push) { self.free() } else { self.clone() }
     }
 
     /// A row of shared parameters moved into this composition's bounds.

@@ -500,7 +500,7 @@ impl Search {
         let start = regressed.unwrap_or_else(|| self.unfitted(base, &chosen));
         let own = start.composition.named(&start.shared);
         let shared = start.composition.transferred(&own, &other.composition, &other.parameters).row();
-        Some(Proposal { shared: start.composition.free().clamped(&shared), ..start })
+        Some(Proposal { shared: start.composition.begun().clamped(&shared), ..start })
     }
 
     /// Effects beside the base model as it is, each without a force of its own yet.

@@ -380,6 +380,11 @@ impl Form {
         COMMON.contains(&self.effect)
     }
 
+    /// True if it takes away the more of a motion's energy the larger that is, by more than a damper does: beside it one may push.
+    pub(crate) fn bounds_a_push(&self) -> bool {
+        BOUNDING.contains(&self.effect)
+    }
+
     /// True if it is dry friction, which can hold a mass.
     pub(crate) fn is_dry_friction(&self) -> bool {
         let switches = || self.addition(&self.middle()).terms.iter().any(|t| t.term.switches());
@@ -453,6 +458,10 @@ const COMMON: [&str; 7] = [
     "constant_force",
     "sensor_offset",
 ];
+
+/// Effects that bound a motion which a damper keeps going.
+const BOUNDING: [&str; 4] =
+    ["displacement_dependent_damping", "quadratic_damping", "cubic_damping", "power_law_damping"];
 
 /// A family of effects: its name, and what appends those that make sense for a setting.
 type Family = (&'static str, fn(&EffectSetting, &mut Vec<Form>));

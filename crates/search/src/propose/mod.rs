@@ -117,11 +117,8 @@ impl PresentModel<'_> {
         let none = found.get(&Vec::new()).map_or(0.0, |f| f.0);
         let proposal = |(score, set): (f64, Vec<usize>)| {
             let chosen: Vec<Form> = set.iter().map(|p| forms[points[*p].form].clone()).collect();
-            let start = regression.proposal(&set, &points)?;
-            let about = regression.held_about(&set, &points);
-            let again = about.and_then(|point| self.about(point, &chosen));
-            let Proposal { composition, shared, .. } = again.unwrap_or_else(|| start.clone());
-            Some(Proposal { forms: start.forms, composition, shared, gain: score - none })
+            let start = Proposal { gain: score - none, ..regression.proposal(&set, &points)? };
+            Some(self.held_where_it_gains(start, regression.held_about(&set, &points), &chosen))
         };
         let proposals: Vec<Proposal> = sets.into_iter().filter_map(proposal).collect();
         self.data.counters.propose(proposals.len());
@@ -142,9 +139,21 @@ impl PresentModel<'_> {
     /// The start of exactly these forms together beside the model; none where the data cannot tell their columns apart.
     pub(super) fn exactly(&self, forms: &[Form]) -> Option<Proposal> {
         let (start, about) = self.together(forms)?;
-        let again = about.and_then(|point| self.about(point, forms));
-        let gain = start.gain;
-        Some(Proposal { gain, ..again.unwrap_or(start) })
+        Some(self.held_where_it_gains(start, about, forms))
+    }
+
+    /// A start of forms with displacements counted from where the base model's spring then holds the motion, if that is known; from the
+    /// file's own zero where more is gained so. A motion in one of two wells is held about the ridge between them, as far as a cubic
+    /// spring is asked.
+    fn held_where_it_gains(&self, start: Proposal, about: Option<f64>, forms: &[Form]) -> Proposal {
+        let origin =
+            Some(self.present.origin).filter(|o| self.present.datum && *o != 0.0 && self.data.is_held_about(*o));
+        let from_origin = origin.and_then(|origin| self.about(origin, forms));
+        let from_origin = from_origin.filter(|there| there.gain > start.gain + self.data.constants.lead);
+        let held =
+            || about.and_then(|point| self.about(point, forms)).map(|held| Proposal { gain: start.gain, ..held });
+        let found = from_origin.or_else(held);
+        found.map(|found| Proposal { forms: start.forms.clone(), ..found }).unwrap_or(start)
     }
 
     /// The start of exactly these forms together, and the point that the base model's spring then holds the motion about, where
@@ -239,8 +248,7 @@ impl SetRegression<'_> {
             None => points[*p].columns.clone().skip(points[*p].rewrites).filter_map(value).collect(),
         });
         let mut coefficients: Vec<f64> = base.chain(own).collect();
-        // A damper that pushes beside other effects does so from where the fit begins.
-        let ranges = composition.free().ranges().coefficients;
+        let ranges = composition.begun().ranges().coefficients;
         if coefficients.len() != ranges.len() {
             return None;
         }
