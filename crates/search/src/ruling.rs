@@ -295,17 +295,19 @@ impl Search {
             Ok(self.doubt(&fitted, last.evidence.significant && self.matters(&bare, &fitted, cancel), cancel))
         };
         let mut doubt = doubt_of(&stage, &last)?;
+        let looked_at = |tried: &Tried| -> Result<_, GapError> {
+            let stage = tried.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
+            let last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
+            let doubt = doubt_of(&stage, &last)?;
+            Ok((stage, last, doubt))
+        };
         // Beside an effect that does not close the gap, another one that does not either is a guess.
         if let Some(once) = first.filter(|_| doubt.is_some() && looks.len() > 1) {
-            stage = once.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
             tried = once;
-            last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
-            doubt = doubt_of(&stage, &last)?;
+            (stage, last, doubt) = looked_at(&tried)?;
         }
         if doubt == Some(Doubt::MoreIsLeft) && self.leave_guesses(&mut tried, cancel) {
-            stage = tried.winner().map_or_else(|| Arc::clone(&base), |winner| Arc::new(self.show(&winner.fitted)));
-            last = self.look_into(&stage, Depth::Screened, Keep::Present, tell, cancel)?;
-            doubt = doubt_of(&stage, &last)?;
+            (stage, last, doubt) = looked_at(&tried)?;
         }
         let mut ambiguous = !tried.ruling.rivals.is_empty();
         let told = match self.steps(&base, (&mut tried, &looks), tell, cancel) {

@@ -380,7 +380,12 @@ impl Form {
         COMMON.contains(&self.effect)
     }
 
-    /// True if it takes away the more of a motion's energy the larger that is, by more than a damper does: beside it one may push.
+    /// True if its force goes by the clock at a frequency of its own.
+    pub(crate) fn pulsates(&self) -> bool {
+        self.axis == ForceAxis::Time && !self.inner.is_empty()
+    }
+
+    /// True if it dissipates more than a damper does as the motion grows: beside it a damper of the base may push.
     pub(crate) fn bounds_a_push(&self) -> bool {
         BOUNDING.contains(&self.effect)
     }
@@ -459,7 +464,7 @@ const COMMON: [&str; 7] = [
     "sensor_offset",
 ];
 
-/// Effects that bound a motion which a damper keeps going.
+/// Effects that bound a motion which a damper that pushes keeps going.
 const BOUNDING: [&str; 4] =
     ["displacement_dependent_damping", "quadratic_damping", "cubic_damping", "power_law_damping"];
 

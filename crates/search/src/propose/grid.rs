@@ -38,7 +38,7 @@ impl SetRegression<'_> {
         let preloaded = base.beside(&pool, &preloads);
         // Something holds a motion that pulsates by itself, and may hide at which frequency: what is met most often does.
         let mut met_often: Vec<(Option<Site>, Gram, Vec<Vec<f64>>)> = Vec::new();
-        for site in self.pulsating().map(|form| form.site) {
+        for site in self.forms.iter().filter(|form| form.pulsates()).map(|form| form.site) {
             if !met_often.iter().any(|(known, ..)| *known == site) {
                 let columns = self.commonest(site);
                 met_often.push((site, base.beside(&pool, &columns), columns));
@@ -51,14 +51,13 @@ impl SetRegression<'_> {
             let beside = |base: &Gram, further: &[Vec<f64>]| {
                 self.left_beside((base, further), &columns, (&point.replaces, point.rewrites), form)
             };
+            let Form { axis, site, .. } = &self.forms[form];
+            let often = met_often.iter().find(|(there, ..)| there == site && self.forms[form].pulsates());
             // Only what depends on the displacement has a place that a load moves.
-            let beside_others = match self.forms[form].axis {
-                ForceAxis::Displacement => beside(&preloaded, &preloads),
-                ForceAxis::Time if !self.forms[form].inner.is_empty() => {
-                    let often = met_often.iter().find(|(site, ..)| *site == self.forms[form].site);
-                    often.and_then(|(_, base, columns)| beside(base, columns))
-                }
-                _ => None,
+            let beside_others = match often {
+                Some((_, base, columns)) => beside(base, columns),
+                None if *axis == ForceAxis::Displacement => beside(&preloaded, &preloads),
+                None => None,
             };
             let left = [beside(&base, &[]), beside_others].map(|l| l.unwrap_or(f64::INFINITY));
             // What takes the place of a term may leave more than it alone, and less beside what else is missing.
@@ -89,11 +88,6 @@ impl SetRegression<'_> {
             kept.extend(own.into_iter().cloned());
         }
         kept.into_iter().map(|(_, columns, point)| self.admit(columns, point)).collect()
-    }
-
-    /// Effects of which the force goes by the clock, each at a frequency of its own.
-    fn pulsating(&self) -> impl Iterator<Item = &Form> {
-        self.forms.iter().filter(|form| form.axis == ForceAxis::Time && !form.inner.is_empty())
     }
 
     /// Columns of what is met most often of forces that depend on the motion at a place.
