@@ -15,7 +15,7 @@ use super::outcome::{Evidence, Test};
 use super::screen::{Motion, Screened};
 use sindyscope_core::refine::{autoregression, lagged_products};
 use sindyscope_core::signal::{dot, rms};
-use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
+use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis, Stretch};
 use sindyscope_core::study::Cancel;
 
 /// Residual, as a share of the motion, below which a fit is exact but for the simulation's own arithmetic.
@@ -48,8 +48,8 @@ impl Whitener {
                 lagged_products(own.clone().map(part), ORDER)
             };
             let mut lost = vec![0.0; ORDER + 1];
-            for column in taken.columns() {
-                let products = products(column.first, &column.values);
+            for stretch in taken.columns().iter().flat_map(LocalColumn::stretches) {
+                let products = products(stretch.first, &stretch.values);
                 lost.iter_mut().zip(products).for_each(|(lost, product)| *lost += product);
             }
             let samples = own.clone().map(|s| s.len()).sum::<usize>() as f64;
@@ -65,13 +65,18 @@ impl Whitener {
     }
 
     fn apply(&self, column: &[f64]) -> Vec<f64> {
-        self.whitened(0, column).values
+        self.stretch(0, column).values
     }
 
-    /// A column whitened: what stands in a row is felt in those after it.
-    fn whitened(&self, first: usize, values: &[f64]) -> LocalColumn {
+    /// A column whitened.
+    fn whitened(&self, column: &LocalColumn) -> LocalColumn {
+        column.stretches().iter().map(|s| self.stretch(s.first, &s.values)).collect()
+    }
+
+    /// A stretch of a column whitened: what stands in a row is felt in those after it.
+    fn stretch(&self, first: usize, values: &[f64]) -> Stretch {
         let end = first + values.len();
-        let mut out = LocalColumn { first: 0, values: Vec::with_capacity(values.len() + ORDER) };
+        let mut out = Stretch { first: 0, values: Vec::with_capacity(values.len() + ORDER) };
         // Where a span's rows begin among those whitened: the first ones of each cannot be predicted.
         let mut begins = 0;
         for (span, (coefficients, scale)) in self.spans.iter().zip(self.sensors.iter().cycle()) {
@@ -156,7 +161,7 @@ impl Data {
         let whitener = Whitener::new(self, &rest, &all);
         let mut basis = OrthonormalBasis::default();
         for column in &tangent {
-            basis.push(whitener.whitened(column.first, &column.values));
+            basis.push(whitener.whitened(column));
         }
         let mut target = whitener.apply(&residual);
         basis.remove(&mut target);

@@ -132,11 +132,11 @@ impl Search {
             if state.enough.as_ref().is_some_and(more) {
                 return false;
             }
+            // Along the motion of a model that is far off the screen may miss what the regression sees well.
+            let near = |gain: f64| proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead;
             let promising = match state.gain {
-                Some(gain) if proposal.gain.is_finite() => {
-                    proposal.gain >= (1.0 - constants.little_gain) * gain - constants.lead
-                }
-                _ => !little(proposal),
+                Some(gain) if proposal.gain.is_finite() => near(gain),
+                _ => proposal.gain.is_finite() && near(likeliest) || !little(proposal),
             };
             let asked = common(proposal) || state.doubted;
             let few = state.shown[kind(proposal)] < constants.shown;

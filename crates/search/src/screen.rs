@@ -19,7 +19,7 @@ use super::structure::Composition;
 use sindyscope_core::refine::{Output, Structure as _};
 use sindyscope_core::signal::{dot, rms};
 use sindyscope_core::simulate::{Limits, Simulator};
-use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis};
+use sindyscope_core::sparse::{LocalColumn, OrthonormalBasis, Stretch};
 use sindyscope_core::study::Cancel;
 
 /// The motion of every fitted record under a fitted model.
@@ -254,7 +254,11 @@ impl Data {
     /// One column for each sensor of each record: its weight there.
     fn offsets(&self) -> Vec<LocalColumn> {
         let each = self.spans().zip(self.weights.iter().cycle());
-        each.map(|(span, weight)| LocalColumn { first: span.start, values: vec![*weight; span.len()] }).collect()
+        let whole = |(span, weight): (std::ops::Range<usize>, &f64)| Stretch {
+            first: span.start,
+            values: vec![*weight; span.len()],
+        };
+        each.map(|each| std::iter::once(whole(each)).collect()).collect()
     }
 
     /// What sensors that show no more than ± a level leave of a simulated response.
@@ -315,7 +319,7 @@ impl Data {
 
     /// A sensitivity of each run to a value of its own, zero but in the run's rows; then what records have of their own.
     fn own_columns(&self, fitted: &Fitted, shared: usize) -> Vec<LocalColumn> {
-        let mut columns = Vec::new();
+        let mut columns: Vec<LocalColumn> = Vec::new();
         let free = !fitted.refined.point.offsets.is_empty();
         let offsets = if free { self.outputs.len() } else { 0 };
         let spans: Vec<_> = self.spans().collect();
@@ -325,14 +329,10 @@ impl Data {
             let from = if before.0 == run.record { before.1 } else { 0 };
             let length = run.range.len();
             let of_sensor = |i: usize| spans[run.record * self.outputs.len() + i].start + from;
-            let (first, end) = (of_sensor(0), of_sensor(self.outputs.len() - 1) + length);
-            for s in &sensitivities[shared + offsets..] {
-                let mut values = vec![0.0; end - first];
-                for (i, part) in s.chunks(length.max(1)).enumerate() {
-                    values[of_sensor(i) - first..][..part.len()].copy_from_slice(part);
-                }
-                columns.push(LocalColumn { first, values });
-            }
+            columns.extend(sensitivities[shared + offsets..].iter().map(|s| {
+                let parts = s.chunks(length.max(1)).enumerate();
+                parts.map(|(i, part)| Stretch { first: of_sensor(i), values: part.to_vec() }).collect()
+            }));
             before = (run.record, from + length);
         }
         columns.extend(if free { self.offsets() } else { Vec::new() });

@@ -16,7 +16,7 @@ mod stlsq;
 mod uncertainty;
 mod writing;
 
-pub use basis::{LocalColumn, OrthonormalBasis};
+pub use basis::{LocalColumn, OrthonormalBasis, Stretch};
 pub use bounded::{BoundedSolution, Bounds, bounded_least_squares};
 pub(crate) use reduce::Unexplained;
 pub use reduce::{Reduced, Sign};
