@@ -13,7 +13,7 @@ use sindyscope_core::dataset::{Dataset, Prepared, RANGE_FACTOR, output};
 use sindyscope_core::refine::{MeasuredMotion, Output, Run};
 use sindyscope_core::signal::{
     SignalFacts, Spectrum, dot, main_period, mean_and_variance, motion_period, quantisation_step, rests, rms,
-    standard_deviation, turning_period,
+    standard_deviation, standard_deviation_beside_jumps, turning_period,
 };
 use sindyscope_core::simulate::InputGrid;
 use sindyscope_core::study::{Cancel, base_excited, suggest};
@@ -481,7 +481,7 @@ fn pooled_noise(series: &[RecordSeries], mass: usize) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for s in series {
         let n = s.len() as f64;
-        squares += n * standard_deviation(&s.measured[mass]).unwrap_or(0.0).powi(2);
+        squares += n * s.noise_of_sensor(mass).powi(2);
         count += n;
     }
     f64::sqrt(squares / count)
@@ -544,9 +544,16 @@ impl RecordSeries {
     }
 
     fn residual_noise(&self) -> f64 {
-        let of = |(measured, weight): (&Arc<[f64]>, &f64)| weight * standard_deviation(measured).unwrap_or(0.0);
-        let noises: Vec<f64> = self.measured.iter().zip(&self.weights).map(of).collect();
+        let of = |(sensor, weight): (usize, &f64)| weight * self.noise_of_sensor(sensor);
+        let noises: Vec<f64> = self.weights.iter().enumerate().map(of).collect();
         rms(&noises)
+    }
+
+    /// Standard deviation of a sensor's noise, without a model; a displacement has neither jumps nor corners.
+    fn noise_of_sensor(&self, sensor: usize) -> f64 {
+        let smooth = self.outputs[sensor].derivatives() == 0;
+        let deviation = if smooth { standard_deviation } else { standard_deviation_beside_jumps };
+        deviation(&self.measured[sensor]).unwrap_or(0.0)
     }
 
     /// The whole record as one run.

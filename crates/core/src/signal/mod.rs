@@ -18,7 +18,7 @@ mod test_function;
 pub use bins::{Bins, VisitMean};
 pub(crate) use difference::central;
 pub use facts::SignalFacts;
-pub use noise::{quantisation_step, standard_deviation};
+pub use noise::{quantisation_step, standard_deviation, standard_deviation_beside_jumps};
 pub(crate) use savgol::SavitzkyGolay;
 pub use smoother::{SmoothedSignal, Smoother};
 pub(crate) use smoothing::odd;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{LN_2, PI};
 
+use super::rms;
 use super::spectrum::fast_length;
 
 /// Fewest samples of which a spectrum is cut into bands: shorter records have too few lines in each.
@@ -14,6 +15,10 @@ const MIN_SAMPLES_A_BAND: usize = 16;
 const MOTION_OVER_QUIET: f64 = 10.0;
 /// Where differences find less than this share of the noise that the spectrum shows, the noise is not white, and the spectrum's answer counts.
 const MIN_WHITE_SHARE: f64 = 0.8;
+/// Where the median of the differences finds less than this share of what their RMS finds, they are no noise's.
+const JUMPS_SHARE: f64 = 0.5;
+/// Median of the absolute value of a standard normal variable.
+const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 /// Distinct levels from which on steps are taken for a converter's; fewer are a signal that is made in steps.
 const MIN_LEVELS: usize = 16;
 /// Samples at each of a converter's levels on average, at least.
@@ -27,7 +32,7 @@ const MIN_SAMPLES_A_LEVEL: usize = 4;
 /// filter has taken out of part of the spectrum is not counted there, nor is it taken for the whole. Values in whole steps
 /// have at least the error of rounding.
 pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
-    let differences = by_differences(samples)?;
+    let differences = by_differences(samples, rms)?;
     let floor = if samples.len() < MIN_SAMPLES { None } else { by_floor(samples) };
     let found = match floor {
         // They agree on white noise alone: there differences have the least motion left in them.
@@ -37,6 +42,14 @@ pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
     // An error that is uniform between two steps.
     let rounding = quantisation_step(samples, MIN_LEVELS, MIN_SAMPLES_A_LEVEL).map_or(0.0, |step| step / 12f64.sqrt());
     Some(found.max(rounding))
+}
+
+/// The same of a velocity or an acceleration, which jumps or has corners where dry friction turns or a contact closes: that is
+/// felt at every frequency, but in few differences. Where most of them say less than half of what all do, noise is what most say.
+pub fn standard_deviation_beside_jumps(samples: &[f64]) -> Option<f64> {
+    let [all, most] = [rms, of_most].map(|size| by_differences(samples, size));
+    let share = most? / all?;
+    standard_deviation(samples).map(|found| if share < JUMPS_SHARE { share * found } else { found })
 }
 
 /// The mean of the spectrum's floor, by bands.
@@ -100,7 +113,7 @@ pub fn quantisation_step(samples: &[f64], values: usize, often: usize) -> Option
 /// Of white noise, and for records too short for a spectrum: differences of rising order take the smooth motion away and keep white noise,
 /// whose variance order `d` multiplies by the binomial coefficient `C(2d, d)` (von Neumann 1941; Gasser, Sroka &
 /// Jennen-Steinmetz 1986); the smallest estimate is the one with the least motion left in it. None below 20 samples.
-fn by_differences(samples: &[f64]) -> Option<f64> {
+fn by_differences(samples: &[f64], size: impl Fn(&[f64]) -> f64) -> Option<f64> {
     const ORDERS: std::ops::RangeInclusive<usize> = 2..=10;
     if samples.len() < 2 * ORDERS.end() {
         return None;
@@ -117,11 +130,17 @@ fn by_differences(samples: &[f64]) -> Option<f64> {
         let d = order as f64;
         gain *= 2.0 * (2.0 * d - 1.0) / d;
         if ORDERS.contains(&order) {
-            let power = differences.iter().map(|x| x * x).sum::<f64>() / left as f64;
-            best = best.min((power / gain).sqrt());
+            best = best.min(size(&differences) / gain.sqrt());
         }
     }
     best.is_finite().then_some(best)
+}
+
+/// The standard deviation of normal values of which a few may be others.
+fn of_most(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+    let middle = sizes.len() / 2;
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / NORMAL_MEDIAN
 }
 
 #[cfg(test)]
@@ -142,9 +161,25 @@ mod tests {
     }
 
     fn scaled(mut noise: Vec<f64>, deviation: f64) -> Vec<f64> {
-        let rms = super::super::rms(&noise);
-        noise.iter_mut().for_each(|v| *v *= deviation / rms);
+        let size = rms(&noise);
+        noise.iter_mut().for_each(|v| *v *= deviation / size);
         noise
+    }
+
+    #[test]
+    fn noise_is_told_from_jumps_that_few_samples_see() {
+        for (a_period, level) in [(25.0, 0.01), (45.0, 0.01), (45.0, 0.003)] {
+            // A sweep: the lines of a periodic motion would be told from noise in the spectrum.
+            let phase = |k: usize| 2.0 * PI * k as f64 / a_period * (0.7 + 0.3 * k as f64 / 1900.0);
+            let seen = |jump: f64| -> Vec<f64> {
+                let of = |(k, e): (usize, f64)| phase(k).sin() - jump * phase(k).cos().signum() + level * e;
+                white(1900, 3).into_iter().enumerate().map(of).collect()
+            };
+            let told = standard_deviation(&seen(0.3)).unwrap() / level;
+            let found = standard_deviation_beside_jumps(&seen(0.3)).unwrap() / level;
+            assert!(told > 3.0 && (0.5..2.0).contains(&found), "{a_period} samples: {told}, {found} times the noise");
+            assert_eq!(standard_deviation_beside_jumps(&seen(0.0)), standard_deviation(&seen(0.0)));
+        }
     }
 
     fn found(motion: &[f64], noise: &[f64]) -> f64 {
