@@ -33,23 +33,32 @@ const MIN_SAMPLES_A_LEVEL: usize = 4;
 /// have at least the error of rounding.
 pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
     let differences = by_differences(samples, rms)?;
-    let floor = if samples.len() < MIN_SAMPLES { None } else { by_floor(samples) };
-    let found = match floor {
-        // They agree on white noise alone: there differences have the least motion left in them.
-        Some(floor) if differences > floor || differences < MIN_WHITE_SHARE * floor => floor,
-        _ => differences,
-    };
-    // An error that is uniform between two steps.
-    let rounding = quantisation_step(samples, MIN_LEVELS, MIN_SAMPLES_A_LEVEL).map_or(0.0, |step| step / 12f64.sqrt());
-    Some(found.max(rounding))
+    Some(told(samples, differences).max(rounding(samples)))
 }
 
 /// The same of a velocity or an acceleration, which jumps or has corners where dry friction turns or a contact closes: that is
 /// felt at every frequency, but in few differences. Where most of them say less than half of what all do, noise is what most say.
 pub fn standard_deviation_beside_jumps(samples: &[f64]) -> Option<f64> {
-    let [all, most] = [rms, of_most].map(|size| by_differences(samples, size));
-    let share = most? / all?;
-    standard_deviation(samples).map(|found| if share < JUMPS_SHARE { share * found } else { found })
+    let differences = by_differences(samples, rms)?;
+    let share = by_differences(samples, of_most)? / differences;
+    // Where most samples repeat, as those of a coarse sensor at rest, they say nothing of noise.
+    let noise = if share > 0.0 && share < JUMPS_SHARE { share } else { 1.0 };
+    Some((noise * told(samples, differences)).max(rounding(samples)))
+}
+
+/// What the spectrum says, but of white noise what the differences do: they agree on it alone, and there have the least motion left in
+/// them.
+fn told(samples: &[f64], differences: f64) -> f64 {
+    let floor = if samples.len() < MIN_SAMPLES { None } else { by_floor(samples) };
+    match floor {
+        Some(floor) if differences > floor || differences < MIN_WHITE_SHARE * floor => floor,
+        _ => differences,
+    }
+}
+
+/// An error that is uniform between two of a converter's steps; zero where there are none.
+fn rounding(samples: &[f64]) -> f64 {
+    quantisation_step(samples, MIN_LEVELS, MIN_SAMPLES_A_LEVEL).map_or(0.0, |step| step / 12f64.sqrt())
 }
 
 /// The mean of the spectrum's floor, by bands.
@@ -180,6 +189,9 @@ mod tests {
             assert!(told > 3.0 && (0.5..2.0).contains(&found), "{a_period} samples: {told}, {found} times the noise");
             assert_eq!(standard_deviation_beside_jumps(&seen(0.0)), standard_deviation(&seen(0.0)));
         }
+        // A coarse sensor that mostly stands still shows no less than it did.
+        let coarse: Vec<f64> = (0..2000).map(|k| if k % 40 == 0 { f64::from(k % 17) } else { 0.0 }).collect();
+        assert_eq!(standard_deviation_beside_jumps(&coarse), standard_deviation(&coarse));
     }
 
     fn found(motion: &[f64], noise: &[f64]) -> f64 {
