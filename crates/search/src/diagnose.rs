@@ -58,7 +58,9 @@ impl Search {
                 sentence((Verdict::Named, doubt), &stages, &rounds, &self.data.shown_unit)
                     + " What is left is more than noise."
             }
-            Verdict::Unexplained if open && !added => "Something is missing: the gap is more than noise.".to_owned(),
+            Verdict::Unexplained if open && !added && remaining.significant => {
+                "Something is missing: the gap is more than noise.".to_owned()
+            }
             verdict => sentence((verdict, doubt), &stages, &rounds, &self.data.shown_unit),
         };
         let unnamed = looked && finding == Some(&Finding::Unexplained) && remaining.significant;
@@ -130,7 +132,7 @@ impl Search {
         })
     }
 
-    /// What speaks against a model with effects, the gravest first; `more` than noise may be left.
+    /// What speaks against a model, the gravest first; `more` than noise may be left.
     pub(super) fn doubt(&self, fitted: &Fitted, more: bool, cancel: &Cancel) -> Option<Doubt> {
         if more {
             return Some(Doubt::MoreIsLeft);
@@ -139,15 +141,15 @@ impl Search {
             return Some(Doubt::Contradiction);
         }
         let forms = &fitted.composition.forms;
-        if forms.is_empty() {
-            return None;
-        }
         let noise = self.data.noise_of(fitted, cancel);
         // One stop of a mass that rubs, more or less, says nothing against what holds it.
         let stops = forms.iter().any(Form::is_dry_friction);
         let known = fitted.error().max(noise).max(self.data.unseen_noise());
         if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * known {
             return Some(Doubt::Unseen);
+        }
+        if forms.is_empty() {
+            return None;
         }
         if follow_any_curve(forms) {
             return Some(Doubt::Curves);

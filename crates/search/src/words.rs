@@ -186,6 +186,12 @@ pub(super) fn sentence(
                 .unwrap_or_default();
             format!("{}, or just as well {others}: these data cannot tell; {gap}.", capitalised(&names.join(" and ")))
         }
+        Verdict::Unexplained if names.is_empty() && doubt == Some(Doubt::Unseen) => format!(
+            "The data fitted show nothing missing, but data never fitted are missed by {}, not by {}: something acts there that \
+             the data fitted do not show. Fit such data too.",
+            format_si(rms(last), length, 3),
+            format_si(last.gap.train_rmse, length, 3)
+        ),
         Verdict::Unexplained if names.is_empty() => {
             "Something is missing, and no effect of the catalogue closes the gap on data never fitted.".to_owned()
         }

@@ -126,7 +126,8 @@ fn left(ui: &mut Ui, canvas: &mut WalkCanvas, context: &WalkContext<'_>, height:
         let (edge, head) = if d.remaining.significant {
             (colors.caution, format!("What is left is more than noise ({}).", words::p_value(d.remaining.p_value)))
         } else {
-            (colors.good, format!("What is left is noise ({}).", words::no_gap(d.remaining.p_value)))
+            let (edge, of) = if d.explained { (colors.good, "") } else { (colors.caution, " of the data fitted") };
+            (edge, format!("What is left{of} is noise ({}).", words::no_gap(d.remaining.p_value)))
         };
         card(ui, edge, |ui| {
             ui.add(egui::Label::new(RichText::new(head).strong()).wrap());

@@ -397,7 +397,8 @@ fn remaining(diagnosis: &Diagnosis) -> String {
         true => "Remaining gap",
         // Little more than noise, or steps of the sensor, is no gap however small the probability.
         false if remaining.p_value < CONSTANTS.level => "What is left is hardly more than noise",
-        false => "What is left is noise",
+        false if diagnosis.explained => "What is left is noise",
+        false => "What is left of the data fitted is noise",
     };
     let p = if remaining.significant { p_words(remaining.p_value) } else { no_gap(remaining.p_value) };
     format!("{left} ({p}). {}", remaining.note).trim_end().to_owned()
