@@ -1,8 +1,12 @@
 //! Forces that the catalogue does not have: described by a formula, or named by an entry of the user's own.
 
+#[path = "study/plant.rs"]
+mod plant;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use plant::motion;
 use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal, Uniform};
 use rand_pcg::Pcg64;
@@ -13,7 +17,6 @@ use sindyscope_search::{
 use sindyscope_values::record::{Channel, Record, RecordSet, Role, Usage};
 
 const INTERVAL: f64 = 0.12;
-const STEPS: usize = 20;
 
 /// Two records to fit and one held out of an oscillator with a force over displacement, velocity and input, noise 1 %; it is
 /// integrated by Runge and Kutta's method of fourth order.
@@ -38,26 +41,6 @@ fn records_with_state(
         set.entries.push((Arc::new(record(seed, INTERVAL, &motion, Some(input), &mut random)), usage));
     }
     set
-}
-
-/// Displacements at the samples of a motion from a state on.
-fn motion(rate: impl Fn(f64, [f64; 3]) -> [f64; 3], mut state: [f64; 3], interval: f64, samples: usize) -> Vec<f64> {
-    let mut motion = Vec::new();
-    for n in 0..samples {
-        motion.push(state[0]);
-        for j in 0..STEPS {
-            let h = interval / STEPS as f64;
-            let t = interval * n as f64 + h * j as f64;
-            let moved = |k: [f64; 3], h: f64| [0, 1, 2].map(|i| state[i] + h * k[i]);
-            let a = rate(t, state);
-            let b = rate(t + 0.5 * h, moved(a, 0.5 * h));
-            let c = rate(t + 0.5 * h, moved(b, 0.5 * h));
-            let d = rate(t + h, moved(c, h));
-            let mean = [0, 1, 2].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
-            state = moved(mean, h);
-        }
-    }
-    motion
 }
 
 /// What sensors show of a motion, with noise of 1 %.

@@ -1,10 +1,15 @@
 //! Records without a displacement: an accelerometer or a laser vibrometer alone.
 #![allow(clippy::unwrap_used, reason = "a test may end by a panic")]
 
+#[path = "study/plant.rs"]
+mod plant;
+
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use plant::motion;
 use rand::SeedableRng as _;
-use rand_distr::{Distribution as _, Normal};
+use rand_distr::{Distribution as _, Normal, Uniform};
 use sindyscope_core::study::{Cancel, Study, suggest};
 use sindyscope_files::{ReadOptions, read_files};
 use sindyscope_rig::{ScenarioOptions, generate};
@@ -26,7 +31,11 @@ fn shown(quantity: &str, seed: u64, usage: Usage) -> (RecordSet, f64) {
     let fine = generate("duffing-multisine", &options).unwrap().records.remove(0);
     let values = |role| fine.channel(role).unwrap().values.to_vec();
     let (x, u) = (values(Role::Displacement(0)), values(Role::Input(0)));
-    let h = fine.interval;
+    by_sensor(quantity, (fine.interval, &x, &u), seed, usage)
+}
+
+/// What a sensor of velocity or acceleration shows of displacements and inputs at a fine interval, and its noise.
+fn by_sensor(quantity: &str, (h, x, u): (f64, &[f64], &[f64]), seed: u64, usage: Usage) -> (RecordSet, f64) {
     let at: Vec<usize> = (FINE..x.len() - 1).step_by(FINE).collect();
     let clean: Vec<f64> = at
         .iter()
@@ -40,12 +49,25 @@ fn shown(quantity: &str, seed: u64, usage: Usage) -> (RecordSet, f64) {
     let noise = Normal::new(if quantity == "a" { ZERO * NOISE * spread } else { 0.0 }, NOISE * spread).unwrap();
     let mut text = format!("t [s],{quantity},u\n");
     for (&k, value) in at.iter().zip(&clean) {
-        writeln!(text, "{},{},{}", fine.time(k), value + noise.sample(&mut generator), u[k]).unwrap();
+        writeln!(text, "{},{},{}", h * k as f64, value + noise.sample(&mut generator), u[k]).unwrap();
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("shown.csv");
     std::fs::write(&path, text).unwrap();
     (RecordSet::new(read_files(&[&path], &ReadOptions::default()).unwrap(), usage), NOISE * spread)
+}
+
+/// A steep, lightly damped spring, x″ = −x − 0.06 x′ − 0.02 x⁵ + u.
+fn steep(quantity: &str, seed: u64, usage: Usage) -> RecordSet {
+    const INTERVAL: f64 = 0.25 / FINE as f64;
+    let mut random = rand_pcg::Pcg64::seed_from_u64(seed);
+    let phase = Uniform::new(0.0, TAU).unwrap();
+    let lines: Vec<(f64, f64)> = (0..30).map(|k| (0.4 + 0.038 * f64::from(k), phase.sample(&mut random))).collect();
+    let u = |t: f64| lines.iter().map(|(w, p)| 0.103 * (w * t + p).cos()).sum::<f64>();
+    let rate = |t: f64, [x, v, _]: [f64; 3]| [v, u(t) - x - 0.06 * v - 0.02 * x.powi(5), 0.0];
+    let x = motion(rate, [0.0; 3], INTERVAL, 1700 * FINE);
+    let input: Vec<f64> = (0..x.len()).map(|n| u(INTERVAL * n as f64)).collect();
+    by_sensor(quantity, (INTERVAL, &x, &input), seed, usage).0
 }
 
 fn both(quantity: &str) -> (RecordSet, f64) {
@@ -98,4 +120,16 @@ fn what_is_missing_is_named_from_a_velocity_or_an_acceleration_alone() {
         let left = diagnosis.stages.last().unwrap().gap.test_rmse.unwrap();
         assert!(left < 1.15 * noise, "{quantity}: {left} of {noise}");
     }
+}
+
+#[test]
+fn what_the_regression_has_first_by_far_is_fitted_though_little_of_it_shows_along_the_model_before() {
+    // Along the motion of a linear spring that is far off, a steep one explains next to nothing of an estimated displacement.
+    let mut records = steep("v", 11, Usage::Fit);
+    records.entries.extend(steep("v", 12, Usage::Fit).entries);
+    records.entries.extend(steep("v", 13, Usage::HeldOut).entries);
+    let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+    let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+    let steps: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
+    assert_eq!((diagnosis.verdict, steps), (Verdict::Named, vec!["quintic_stiffness"]));
 }
