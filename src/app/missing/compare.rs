@@ -48,9 +48,12 @@ fn sentence(ui: &mut Ui, context: &WalkContext<'_>) {
         ui.set_min_size(size);
         let first = context.round().and_then(|r| r.candidates.first()).filter(|c| stands(c));
         let text = match (context.place(), context.round()) {
-            (_, Some(round)) if !round.evidence.significant => {
-                format!("No gap beyond noise ({}): what is left is noise.", words::no_gap(round.evidence.p_value))
-            }
+            (_, Some(round)) if !round.evidence.significant => match context.doubted() {
+                Some(doubted) => raised(&doubted.sentence),
+                None => {
+                    format!("No gap beyond noise ({}): what is left is noise.", words::no_gap(round.evidence.p_value))
+                }
+            },
             // The base's own spring and damper have taken up part of the force: what orders the rest need not be the
             // quantity that the effect depends on.
             (Some(_), Some(round)) if let Some(first) = first => format!(

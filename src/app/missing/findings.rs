@@ -207,6 +207,8 @@ fn evidence(ui: &mut Ui, context: &WalkContext<'_>) {
     let whole = &round.evidence;
     let (color, text) = if whole.significant {
         (colors.caution, "The gap is more than noise")
+    } else if context.doubted().is_some() {
+        (colors.caution, "The gap of the data fitted is no more than noise")
     } else {
         (colors.good, "The gap is no more than noise")
     };

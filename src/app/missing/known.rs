@@ -98,6 +98,11 @@ impl<'a> WalkContext<'a> {
         self.known.conclusions.get(&self.walk.accepted)
     }
 
+    /// What was concluded where the data fitted show no gap and something else speaks against the model.
+    pub(super) fn doubted(&self) -> Option<&'a Arc<Diagnosis>> {
+        self.conclusion().filter(|d| !d.explained && !d.remaining.significant)
+    }
+
     pub(super) fn partial(&self) -> Option<&'a Partial> {
         self.known.partial.as_ref().filter(|p| p.choices == self.walk.accepted)
     }
