@@ -14,6 +14,7 @@ use sindyscope_core::clock::Stopwatch;
 use sindyscope_core::refine::{Goal, shoot};
 use sindyscope_core::study::Cancel;
 use sindyscope_values::format::number::significant;
+use sindyscope_values::term::Term;
 
 impl Search {
     /// What a walk made by hand has come to: `rounds[k]` looked at `stages[k]`, and the last stage may not have been
@@ -143,7 +144,10 @@ impl Search {
         let forms = &fitted.composition.forms;
         let noise = self.data.noise_of(fitted, cancel);
         // One stop of a mass that rubs, more or less, says nothing against what holds it.
-        let stops = forms.iter().any(Form::is_dry_friction);
+        let stops = match forms.is_empty() {
+            true => self.base_terms().any(Term::switches),
+            false => forms.iter().any(Form::is_dry_friction),
+        };
         let known = fitted.error().max(noise).max(self.data.unseen_noise());
         if !stops && fitted.held_out_error() > self.data.constants.unseen_ratio * known {
             return Some(Doubt::Unseen);

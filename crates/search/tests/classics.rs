@@ -42,16 +42,12 @@ fn named(classic: &Classic, seed: u64) {
 #[test]
 fn what_only_data_never_fitted_show_is_not_called_nothing() {
     // The stop is out of the reach of the motion that is fitted.
-    let made = |amplitude: f64, seed: u64| {
-        let noise = Some(Noise::ShareOfPeak(0.005));
-        let options = ScenarioOptions { seed, amplitude: Some(amplitude), noise, ..ScenarioOptions::default() };
-        generate("hard-stop", &options).unwrap().records
-    };
-    let mut records = RecordSet::new(made(0.02, 1), Usage::Fit);
-    let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+    let gentle: Classic = ("hard-stop", 0.02, "x, v, u", &[]);
+    let (mut records, ask) = alone(0.005, &gentle, 1);
     let diagnosed = |records: &RecordSet| Search::new(records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default());
     assert_eq!(diagnosed(&records).unwrap().verdict, Verdict::NothingMissing);
-    records.add(made(0.1, 2), Usage::HeldOut);
+    let (strong, _) = alone(0.005, called("hard-stop"), 2);
+    records.entries.extend(strong.entries.into_iter().map(|(record, _)| (record, Usage::HeldOut)));
     let diagnosis = diagnosed(&records).unwrap();
     assert_eq!((diagnosis.verdict, diagnosis.explained), (Verdict::Unexplained, false));
     assert!(diagnosis.sentence.contains("that the data fitted do not show"), "{}", diagnosis.sentence);
