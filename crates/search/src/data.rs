@@ -51,7 +51,7 @@ pub(super) struct RecordSeries {
     /// Displacements, velocities and inputs at every sample, smoothed without a model: where a simulation may start from.
     pub(super) smoothed: Arc<MeasuredMotion>,
     /// Which of the fitted, or of the held-out, records it is.
-    index: usize,
+    pub(super) index: usize,
 }
 
 /// All records of a search.
@@ -100,7 +100,7 @@ pub(super) struct Data {
     pub(super) tone: Option<f64>,
     pub(super) notices: Vec<String>,
     /// The motion of each fitted record, once it was asked for.
-    paths: OnceLock<Arc<[MeasuredPath]>>,
+    pub(super) paths: OnceLock<Arc<[MeasuredPath]>>,
 }
 
 /// What thinning is: samples a period of the fastest motion that thinning leaves.
@@ -577,7 +577,7 @@ impl RecordSeries {
 }
 
 /// Gives all records the range of the largest motion: what friction held still in one may move far in a model without it.
-fn share_limits(series: &mut [RecordSeries]) {
+pub(super) fn share_limits(series: &mut [RecordSeries]) {
     let largest = |k: usize| series.iter().filter_map(|s| s.limits.get(k)).copied().fold(0.0, f64::max);
     let limits: Vec<f64> = (0..series.first().map_or(0, |s| s.limits.len())).map(largest).collect();
     series.iter_mut().for_each(|s| s.limits.clone_from(&limits));

@@ -37,6 +37,7 @@ mod diagnose;
 mod effects;
 mod effort;
 mod error;
+mod estimated;
 mod evidence;
 mod experiment;
 mod fit;

@@ -174,6 +174,7 @@ impl Search {
         tried.coloured = state.coloured;
         tell(Progress::Step("Fitting what the best sets contain", 0.8));
         self.close(tried, &[], cancel);
+        self.ask_again(before, forms, tried, cancel);
         if self.exchange(tried, cancel) {
             self.close(tried, &[], cancel);
         }
@@ -280,7 +281,12 @@ impl Search {
     }
 
     /// The same from starts that are known.
-    fn fit_from(&self, starts: Vec<(Vec<usize>, Proposal)>, tried: &Tried, cancel: &Cancel) -> Vec<Hypothesis> {
+    pub(super) fn fit_from(
+        &self,
+        starts: Vec<(Vec<usize>, Proposal)>,
+        tried: &Tried,
+        cancel: &Cancel,
+    ) -> Vec<Hypothesis> {
         let lost = |landed: &Landed| self.has_lost(landed, tried);
         let fit = |(set, start): (Vec<usize>, Proposal)| {
             let fit = || self.fitted_set(start, set, Some(&Bar::default()), &lost, cancel);
@@ -349,7 +355,7 @@ impl Search {
         (forms, screened): (&[Form], &[Hit]),
         proposals: &[Proposal],
     ) -> Vec<Proposal> {
-        if self.data.outputs.iter().all(|o| o.derivatives() == 0) {
+        if !self.data.estimates_displacements() {
             return Vec::new();
         }
         let gain = proposals.iter().map(|p| p.gain).fold(0.0, f64::max);

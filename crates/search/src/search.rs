@@ -175,7 +175,13 @@ impl Search {
         let plain = Self { data, audit, ask: ask.clone(), base, known: Mutex::default() };
         let counted = plain.about_its_equilibrium(cancel).unwrap_or(plain);
         let prepared = counted.without_its_spring(cancel).unwrap_or(counted);
+        let prepared = prepared.otherwise_estimated(cancel).unwrap_or(prepared);
         if cancel.is_cancelled() { Err(GapError::Cancelled) } else { Ok(prepared) }
+    }
+
+    /// The same search of other data, or with another base model; nothing is fitted yet.
+    pub(super) fn anew(&self, data: Data, base: Composition) -> Self {
+        Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base, known: Mutex::default() }
     }
 
     /// The same search without the base model's spring, where that has no part in the motion's frequency and would push: a spring
@@ -208,7 +214,7 @@ impl Search {
         }
         let mut data = data.clone();
         data.notices.push(NOTHING_HOLDS.to_owned());
-        Some(Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base: free, known: Mutex::default() })
+        Some(self.anew(data, free))
     }
 
     /// The same search with displacements counted from the point that a spring holds the motion about; none where that is the
@@ -220,7 +226,7 @@ impl Search {
         base.base.retain(|t| t.term.as_str() != "1");
         base.datum = true;
         base.origin = -datum;
-        let counted = Self { data, audit: self.audit.clone(), ask: self.ask.clone(), base, known: Mutex::default() };
+        let counted = self.anew(data, base);
         let fitted = counted.fitted(&[], cancel).ok()?;
         let point = fitted.parameters.inner.equilibrium.unwrap_or(0.0);
         counted.data.is_held_about(point).then_some(counted)

@@ -12,7 +12,7 @@ use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal, Uniform};
 use sindyscope_core::study::{Cancel, Study, suggest};
 use sindyscope_files::{ReadOptions, read_files};
-use sindyscope_rig::{ScenarioOptions, generate};
+use sindyscope_rig::{Noise, ScenarioOptions, generate};
 use sindyscope_search::{Ask, Search, Verdict};
 use sindyscope_values::record::{RecordSet, Role, Usage};
 use sindyscope_values::term::{Kind, Term, list};
@@ -132,4 +132,33 @@ fn what_the_regression_has_first_by_far_is_fitted_though_little_of_it_shows_alon
     let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
     let steps: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
     assert_eq!((diagnosis.verdict, steps), (Verdict::Named, vec!["quintic_stiffness"]));
+}
+
+#[test]
+fn a_motion_between_wells_or_over_the_top_is_explained_by_its_velocity_alone() {
+    // Most of such a displacement is slower than an estimate holds that allows for an offset of the sensor.
+    let systems: [(&str, f64, &[&str]); 3] = [
+        ("pendulum", 1.15, &["pendulum_restoring"]),
+        ("double-well", 0.4, &["cubic_stiffness"]),
+        ("double-well-friction", 0.42, &["coulomb_friction", "cubic_stiffness"]),
+    ];
+    for (scenario, size, effects) in systems {
+        let made = |seed: u64, size: f64| {
+            let options = ScenarioOptions {
+                seed,
+                amplitude: Some(size),
+                measure: Some(vec!["v".to_owned()]),
+                noise: Some(Noise::ShareOfPeak(0.005)),
+                ..ScenarioOptions::default()
+            };
+            generate(scenario, &options).unwrap().records
+        };
+        let mut records = RecordSet::new(made(1, size), Usage::Fit);
+        records.add(made(101, 0.85 * size), Usage::HeldOut);
+        let ask = Ask { base: Some(list("x, v, u").unwrap()), ..Ask::default() };
+        let diagnosis = Search::new(&records, &ask).unwrap().diagnose(&|_| {}, &Cancel::default()).unwrap();
+        let mut steps: Vec<&str> = diagnosis.steps().iter().map(|s| s.added.choice.effect.as_str()).collect();
+        steps.sort_unstable();
+        assert_eq!((diagnosis.verdict, steps.as_slice()), (Verdict::Named, effects), "{scenario}");
+    }
 }

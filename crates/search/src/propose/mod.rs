@@ -125,6 +125,15 @@ impl PresentModel<'_> {
         proposals
     }
 
+    /// Log density of the measured accelerations, each block predicted from the others, with the set of forms that predicts them best.
+    pub(super) fn density(&self, forms: &[Form]) -> f64 {
+        let mut regression = SetRegression::new(self, forms);
+        let mut points = regression.points();
+        let found = regression.search(&mut points);
+        let best = found.values().map(|(score, _)| *score).fold(f64::NEG_INFINITY, f64::max);
+        best - self.rows.worth * self.rows.log_scale()
+    }
+
     /// The start of these forms together, displacements counted from a point; none where an effect among them holds the zero.
     fn about(&self, point: f64, forms: &[Form]) -> Option<Proposal> {
         if forms.iter().any(Form::has_a_mean) || self.present.holds_the_zero() {

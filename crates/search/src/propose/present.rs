@@ -10,6 +10,7 @@ use crate::parameters::InnerValues;
 use crate::site::Placed;
 use crate::structure::{Composed, Composition};
 use sindyscope_core::refine::Structure as _;
+use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::record::estimate;
 use sindyscope_values::term::{Expression, Symbol};
@@ -51,14 +52,26 @@ impl<'a> PresentModel<'a> {
         inner: &'a InnerValues,
         cancel: &'a Cancel,
     ) -> Self {
-        let rows = Rows::new(data, paths);
-        let (composed, base, dampers) = (present.compose(inner), Vec::new(), Vec::new());
-        let mut new = Self { data, cancel, present, inner, paths, rows, base, constants: 0, composed, dampers };
-        new.base = new.base_columns();
+        let mut new = Self::plainly(paths, data, present, inner, cancel);
         new.learn_noise();
         new.rows.whiten(&mut new.base);
         let first = 1 + new.constants;
         new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
+        new
+    }
+
+    /// The same with rows as they are: for least squares that need no more.
+    pub(in super::super) fn plainly(
+        paths: &'a [MeasuredPath],
+        data: &'a Data,
+        present: &'a Composition,
+        inner: &'a InnerValues,
+        cancel: &'a Cancel,
+    ) -> Self {
+        let rows = Rows::new(data, paths);
+        let (composed, base, dampers) = (present.compose(inner), Vec::new(), Vec::new());
+        let mut new = Self { data, cancel, present, inner, paths, rows, base, constants: 0, composed, dampers };
+        new.base = new.base_columns();
         new
     }
 
@@ -93,7 +106,8 @@ impl<'a> PresentModel<'a> {
         });
         let mut columns = vec![target];
         // What shifts the zero of an angle that turns over is no constant force: the fit alone places it.
-        if self.present.offset() || self.present.datum && !self.present.is_periodic() {
+        let open = self.present.offset() || data.estimates_displacements();
+        if open || self.present.datum && !self.present.is_periodic() {
             columns.extend(self.zeros());
         }
         self.constants = columns.len() - 1;
@@ -113,6 +127,20 @@ impl<'a> PresentModel<'a> {
         let each = (0..self.data.masses()).flat_map(|mass| (0..ones.len()).map(move |record| (mass, record)));
         each.map(|(m, r)| self.rows.column(|mass, record| ((mass, record) == (m, r)).then(|| (&*ones[record], 0))))
             .collect()
+    }
+
+    /// The coefficients of some forces along the only record of one mass, beside the model; none where they cannot be told apart.
+    pub(in super::super) fn beside<const N: usize>(&self, forces: [Vec<f64>; N]) -> Option<[f64; N]> {
+        let columns: Vec<Vec<f64>> = forces.iter().map(|force| self.rows.column(|_, _| Some((force, 0)))).collect();
+        let size = |column: &Vec<f64>| dot(column, column).sqrt();
+        let all: Vec<Vec<f64>> = self.base.iter().chain(&columns).cloned().collect();
+        let sizes: Vec<f64> = all.iter().map(size).collect();
+        let scaled: Vec<Vec<f64>> =
+            all.iter().zip(&sizes).map(|(column, size)| column.iter().map(|c| c / size).collect()).collect();
+        let gram = Gram::new(&scaled, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?.coefficients;
+        let first = self.base.len();
+        Some(std::array::from_fn(|k| solution[first - 1 + k] * sizes[0] / sizes[first + k]))
     }
 
     /// What the sensor shows of a symbol, or its derivative, where the measurement itself gives a linear term.

@@ -1,5 +1,8 @@
 //! The weak form: an equation of motion averaged over test functions, whitened against the sensor's noise.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use super::super::columns::COLUMNS_AT_ONCE;
 use super::super::constants::Constants;
 use super::super::data::Data;
@@ -21,7 +24,7 @@ struct RowPart {
     /// The first sample of each test function.
     starts: Vec<usize>,
     /// Lower Cholesky factor of the rows' covariance; none before whitening.
-    factor: Option<BandedFactor>,
+    factor: Option<Arc<BandedFactor>>,
 }
 
 /// All rows of all equations.
@@ -93,6 +96,12 @@ impl Rows {
         Self { parts, functions, blocks, few_blocks: least > share, worth }
     }
 
+    /// The logarithm of what whitening has divided the density of all rows by.
+    pub(super) fn log_scale(&self) -> f64 {
+        let factors = self.parts.iter().filter_map(|part| part.factor.as_ref());
+        factors.map(|factor| factor.log_determinant()).sum()
+    }
+
     pub(super) fn len(&self) -> usize {
         self.blocks.last().map_or(0, |b| b.end)
     }
@@ -138,11 +147,12 @@ impl Rows {
     /// the stiffness and the damping that the noise passes besides the derivative, `deviations[mass]` the noise, and
     /// `shown[mass][record]` what of the motion the sensor shows.
     pub(super) fn learn_noise(&mut self, slopes: &[(f64, f64)], deviations: &[f64], shown: &[Vec<SensedQuantity>]) {
-        for part in &mut self.parts {
-            let kernels = self.functions[part.record][part.width].kernels();
+        let functions = &self.functions;
+        let kernel = |part: &RowPart| -> Vec<f64> {
+            let kernels = functions[part.record][part.width].kernels();
             let (stiffness, damping) = slopes[part.mass];
             let zero = &kernels[0];
-            let kernel: Vec<f64> = match &shown[part.mass][part.record] {
+            match &shown[part.mass][part.record] {
                 SensedQuantity::Displacement => sum(&[(1.0, &kernels[2]), (damping, &kernels[1]), (stiffness, zero)]),
                 SensedQuantity::Velocity { displacement } => {
                     let integral = passed(zero, displacement);
@@ -152,12 +162,22 @@ impl Rows {
                     let integrals = [velocity, displacement].map(|response| passed(zero, response));
                     sum(&[(1.0, zero), (damping, &integrals[0]), (stiffness, &integrals[1])])
                 }
-            };
-            let lag = part.starts.get(1).map_or(1, |second| second - part.starts[0]);
-            let band: Vec<f64> = (0..part.starts.len().min(kernel.len().div_ceil(lag)))
-                .map(|d| deviations[part.mass].powi(2) * dot(&kernel[d * lag..], &kernel[..kernel.len() - d * lag]))
-                .collect();
-            part.factor = Some(BandedFactor::new(&band_factor(&band, part.starts.len())));
+            }
+        };
+        // Parts of one length differ in nothing: what a factor takes may be long where a sensor's noise is integrated.
+        let mut kernels: HashMap<[usize; 3], Vec<f64>> = HashMap::new();
+        let mut factors: HashMap<([usize; 3], usize), Arc<BandedFactor>> = HashMap::new();
+        for part in &mut self.parts {
+            let place = [part.mass, part.record, part.width];
+            let factor = factors.entry((place, part.starts.len())).or_insert_with(|| {
+                let kernel = kernels.entry(place).or_insert_with(|| kernel(part));
+                let lag = part.starts.get(1).map_or(1, |second| second - part.starts[0]);
+                let band: Vec<f64> = (0..part.starts.len().min(kernel.len().div_ceil(lag)))
+                    .map(|d| deviations[part.mass].powi(2) * dot(&kernel[d * lag..], &kernel[..kernel.len() - d * lag]))
+                    .collect();
+                Arc::new(BandedFactor::new(&band_factor(&band, part.starts.len())))
+            });
+            part.factor = Some(Arc::clone(factor));
         }
     }
 }
@@ -253,6 +273,11 @@ impl BandedFactor {
             into[1..].iter_mut().rev().zip(&row[1..]).for_each(|(into, entry)| *into = entry / row[0]);
         }
         Self { width, rows }
+    }
+
+    /// The logarithm of the product of the diagonal.
+    fn log_determinant(&self) -> f64 {
+        -self.rows.chunks_exact(self.width).map(|row| row[0].ln()).sum::<f64>()
     }
 
     /// Solves for what the matrix makes the values of, in their place; several columns at once, as the matrix may be larger than

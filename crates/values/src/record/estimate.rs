@@ -97,6 +97,32 @@ pub fn response(series: &[f64], inputs: &[&[f64]], interval: f64, order: usize) 
     nearest(&one, interval, order, rate)
 }
 
+/// The integral of a velocity as it was measured, about its mean over the series: a sensor without an offset, on a motion that wanders
+/// further than [`complete`] can tell from one, shows it so.
+pub fn integral(velocity: &[f64], interval: f64) -> Vec<f64> {
+    let mut sum = 0.0;
+    let means = (0..velocity.len().saturating_sub(1)).map(|row| mean_of_velocity(velocity, row));
+    let mut integral: Vec<f64> = std::iter::once(0.0)
+        .chain(means.map(|mean| {
+            sum += mean * interval;
+            sum
+        }))
+        .collect();
+    let mean = integral.iter().sum::<f64>() / integral.len() as f64;
+    integral.iter_mut().for_each(|x| *x -= mean);
+    integral
+}
+
+/// The mean of a velocity between two samples, to the fourth order.
+fn mean_of_velocity(velocity: &[f64], row: usize) -> f64 {
+    let at = |k: usize| velocity[k];
+    if row > 0 && row + 2 < velocity.len() {
+        (13.0 * (at(row) + at(row + 1)) - at(row - 1) - at(row + 2)) / 24.0
+    } else {
+        0.5 * (at(row) + at(row + 1))
+    }
+}
+
 /// Where the integration ends, in radians a sample; of a series without its mean.
 fn rate(centred: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> f64 {
     (TAU * BELOW[order - 1] * slowest(centred, inputs, interval) * interval).max(SLOWEST)
@@ -114,10 +140,8 @@ fn nearest(centred: &[f64], interval: f64, order: usize, rate: f64) -> Vec<f64> 
         let at = |k: usize| centred[k];
         let mean = if order == 2 {
             (at(row) + 10.0 * at(row + 1) + at(row + 2)) / 12.0
-        } else if row > 0 && row + 2 < n {
-            (13.0 * (at(row) + at(row + 1)) - at(row - 1) - at(row + 2)) / 24.0
         } else {
-            0.5 * (at(row) + at(row + 1))
+            mean_of_velocity(centred, row)
         };
         let target = mean * interval.powi(order as i32);
         for (i, a) in stencil.iter().enumerate() {
@@ -231,6 +255,24 @@ mod tests {
             let left = error(&found[inside.clone()], &x[inside]);
             assert!(left < 0.05, "order {order}: {left}");
         }
+    }
+
+    #[test]
+    fn a_motion_from_well_to_well_is_the_integral_of_its_velocity() {
+        // Two wells, of which each holds the motion for far longer than a period within it.
+        let (n, interval, w) = (4000, 0.01, TAU * 2.0);
+        let at = |k: usize| k as f64 * interval;
+        let turn = |t: f64| (4.0 * (TAU * 0.03 * t).sin()).tanh();
+        let x: Vec<f64> = (0..n).map(|k| turn(at(k)) + 0.2 * (w * at(k)).sin()).collect();
+        let small = 1e-5;
+        let slope = |t: f64| (turn(t + small) - turn(t - small)) / (2.0 * small);
+        let v: Vec<f64> = (0..n).map(|k| slope(at(k)) + 0.2 * w * (w * at(k)).cos()).collect();
+        let mean = x.iter().sum::<f64>() / n as f64;
+        let about: Vec<f64> = x.iter().map(|x| x - mean).collect();
+        let found = error(&integral(&v, interval), &about);
+        assert!(found < 1e-4, "{found}");
+        let (cut, _) = integrated(&v, &[], interval, 1);
+        assert!(error(&cut, &about) > 0.1, "the cut estimate holds it too");
     }
 
     #[test]
