@@ -62,12 +62,13 @@ impl Search {
             |paths: &Vec<MeasuredPath>| self.data.estimates_otherwise(|record, mass| &paths[record].path.x[mass]);
         let Some(paths) = simulated.filter(other) else { return };
         let (composition, inner) = (&before.composition, &before.parameters.inner);
-        let proposals =
-            PresentModel::along(&paths, &self.data, composition, inner, cancel).propose(forms, constants.crumb);
+        let proposals = PresentModel::along(&paths, &self.data, composition, inner, cancel)
+            .whitened()
+            .propose(forms, constants.crumb);
         let own = proposals.iter().find(|p| tried.indices(&p.composition) == set).map(|p| p.gain);
         let likeliest = proposals.iter().map(|p| p.gain).fold(f64::NEG_INFINITY, f64::max);
         let least = own.unwrap_or(likeliest) - constants.lead;
-        let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
+        let room = self.room(composition);
         let enough = self.explains(&fitted, tried.coloured.rms, cancel);
         let mut starts: Vec<(Vec<usize>, Proposal)> = Vec::new();
         for proposal in proposals.into_iter().filter(|p| p.forms.len() <= room && p.gain >= least) {
@@ -126,7 +127,7 @@ impl Data {
         };
         let powers = [2, 3].map(|power| across.iter().map(|z| z.powi(power)).collect());
         let inner = base.middle();
-        let model = PresentModel::plainly(data.measured_paths(), &data, base, &inner, cancel);
+        let model = PresentModel::along(data.measured_paths(), &data, base, &inner, cancel);
         let [square, cube] = model.beside(powers)?;
         // c (z − e)³ has −3 c e before the square.
         let centre = -square / (3.0 * cube);

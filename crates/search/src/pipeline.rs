@@ -60,11 +60,16 @@ impl Search {
         Ok(Fitted::clone(&set.fitted))
     }
 
+    /// The number of effects that a set beside this model may hold.
+    pub(super) fn room(&self, composition: &Composition) -> usize {
+        self.ask.max_effects.saturating_sub(composition.forms.len()).max(1)
+    }
+
     /// Sets of effects beside a fitted model in the order in which they are tried: what the regression says, what it cannot say, and
     /// what has no force of its own to be regressed on, which is tried where it explains some of what is left along the motion.
     fn proposals(&self, before: &Fitted, forms: &[Form], screened: &Screened, cancel: &Cancel) -> Vec<Proposal> {
         let (composition, inner) = (&before.composition, &before.parameters.inner);
-        let room = self.ask.max_effects.saturating_sub(composition.forms.len()).max(1);
+        let room = self.room(composition);
         let model = PresentModel::new(&self.data, composition, inner, cancel);
         let mut proposals = model.propose(forms, self.data.constants.crumb);
         proposals.retain(|p| p.forms.len() <= room);
@@ -478,7 +483,8 @@ impl Search {
             return Vec::new();
         }
         let Some(paths) = self.data.simulated_paths(fitted) else { return Vec::new() };
-        let model = PresentModel::along(&paths, &self.data, &base.composition, &base.parameters.inner, cancel);
+        let model =
+            PresentModel::along(&paths, &self.data, &base.composition, &base.parameters.inner, cancel).whitened();
         let start = |set: &[usize]| model.exactly(&set.iter().map(|k| forms[*k].clone()).collect::<Vec<_>>());
         let Some(own) = start(set) else { return Vec::new() };
         let all_but_little = 1.0 - self.data.constants.little_gain;

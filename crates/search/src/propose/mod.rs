@@ -141,6 +141,7 @@ impl PresentModel<'_> {
         }
         let from_there = InnerValues { equilibrium: Some(point), ..self.inner.clone() };
         PresentModel::along(self.paths, self.data, self.present, &from_there, self.cancel)
+            .whitened()
             .together(forms)
             .map(|(start, _)| start)
     }

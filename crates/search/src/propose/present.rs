@@ -10,7 +10,6 @@ use crate::parameters::InnerValues;
 use crate::site::Placed;
 use crate::structure::{Composed, Composition};
 use sindyscope_core::refine::Structure as _;
-use sindyscope_core::signal::dot;
 use sindyscope_core::study::Cancel;
 use sindyscope_values::record::estimate;
 use sindyscope_values::term::{Expression, Symbol};
@@ -41,27 +40,11 @@ impl<'a> PresentModel<'a> {
         inner: &'a InnerValues,
         cancel: &'a Cancel,
     ) -> Self {
-        Self::along(data.measured_paths(), data, present, inner, cancel)
+        Self::along(data.measured_paths(), data, present, inner, cancel).whitened()
     }
 
-    /// The same along the motion of each fitted record as something else has it.
+    /// The model along the motion of each fitted record as something else may have it; its rows are not whitened.
     pub(in super::super) fn along(
-        paths: &'a [MeasuredPath],
-        data: &'a Data,
-        present: &'a Composition,
-        inner: &'a InnerValues,
-        cancel: &'a Cancel,
-    ) -> Self {
-        let mut new = Self::plainly(paths, data, present, inner, cancel);
-        new.learn_noise();
-        new.rows.whiten(&mut new.base);
-        let first = 1 + new.constants;
-        new.dampers = present.dampers(inner).into_iter().map(|(k, _)| first + k).collect();
-        new
-    }
-
-    /// The same with rows as they are: for least squares that need no more.
-    pub(in super::super) fn plainly(
         paths: &'a [MeasuredPath],
         data: &'a Data,
         present: &'a Composition,
@@ -75,11 +58,18 @@ impl<'a> PresentModel<'a> {
         new
     }
 
+    /// The same with rows that are whitened against the sensors' noise, as what proposes needs them.
+    pub(in super::super) fn whitened(mut self) -> Self {
+        self.learn_noise();
+        self.rows.whiten(&mut self.base);
+        let first = 1 + self.constants;
+        self.dampers = self.present.dampers(self.inner).into_iter().map(|(k, _)| first + k).collect();
+        self
+    }
+
     /// The noise of the rows is what passes the model as a plain regression on its columns has it.
     fn learn_noise(&mut self) {
-        let gram = Gram::new(&self.base, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
-        let all: Vec<usize> = (1..self.base.len()).collect();
-        let solution = gram.solve(&all).map(|s| s.coefficients).unwrap_or_default();
+        let solution = self.least_squares(&self.base).unwrap_or_default();
         let masses = self.data.masses();
         let mut slopes = vec![(0.0, 0.0); masses];
         for (placed, value) in self.composed.terms.iter().zip(solution.iter().skip(self.constants)) {
@@ -131,16 +121,17 @@ impl<'a> PresentModel<'a> {
 
     /// The coefficients of some forces along the only record of one mass, beside the model; none where they cannot be told apart.
     pub(in super::super) fn beside<const N: usize>(&self, forces: [Vec<f64>; N]) -> Option<[f64; N]> {
-        let columns: Vec<Vec<f64>> = forces.iter().map(|force| self.rows.column(|_, _| Some((force, 0)))).collect();
-        let size = |column: &Vec<f64>| dot(column, column).sqrt();
-        let all: Vec<Vec<f64>> = self.base.iter().chain(&columns).cloned().collect();
-        let sizes: Vec<f64> = all.iter().map(size).collect();
-        let scaled: Vec<Vec<f64>> =
-            all.iter().zip(&sizes).map(|(column, size)| column.iter().map(|c| c / size).collect()).collect();
-        let gram = Gram::new(&scaled, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
-        let solution = gram.solve(&(1..all.len()).collect::<Vec<_>>())?.coefficients;
-        let first = self.base.len();
-        Some(std::array::from_fn(|k| solution[first - 1 + k] * sizes[0] / sizes[first + k]))
+        let columns = forces.iter().map(|force| self.rows.column(|_, _| Some((force, 0))));
+        let all: Vec<Vec<f64>> = self.base.iter().cloned().chain(columns).collect();
+        let coefficients = self.least_squares(&all)?;
+        coefficients.last_chunk().copied()
+    }
+
+    /// Least squares of the first column on the others over all rows; none where these cannot be told apart.
+    fn least_squares(&self, columns: &[Vec<f64>]) -> Option<Vec<f64>> {
+        let gram = Gram::new(columns, std::slice::from_ref(&(0..self.rows.len())), self.cancel);
+        let all: Vec<usize> = (1..columns.len()).collect();
+        gram.solve(&all).map(|s| s.coefficients)
     }
 
     /// What the sensor shows of a symbol, or its derivative, where the measurement itself gives a linear term.

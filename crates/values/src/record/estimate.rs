@@ -78,9 +78,7 @@ pub fn displacement_unit(unit: &str, order: usize) -> String {
 /// The series integrated `order` times (1 or 2), and the frequency below which nothing is in it, Hz; `inputs` are what drives
 /// the motion.
 fn integrated(values: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> (Vec<f64>, f64) {
-    let n = values.len();
-    let mean = values.iter().sum::<f64>() / n as f64;
-    let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
+    let centred = about_mean(values);
     let rate = rate(&centred, inputs, interval, order);
     (nearest(&centred, interval, order, rate), rate / (TAU * interval))
 }
@@ -88,8 +86,7 @@ fn integrated(values: &[f64], inputs: &[&[f64]], interval: f64, order: usize) ->
 /// What one sample of a velocity (`order` 1) or of an acceleration (2) does to the displacement that is estimated from a series, from
 /// its own place on and as far again before it: as far as that lasts, and no further than the series is long.
 pub fn response(series: &[f64], inputs: &[&[f64]], interval: f64, order: usize) -> Vec<f64> {
-    let mean = series.iter().sum::<f64>() / series.len() as f64;
-    let centred: Vec<f64> = series.iter().map(|v| v - mean).collect();
+    let centred = about_mean(series);
     let rate = rate(&centred, inputs, interval, order);
     let reach = ((LASTS / rate) as usize).min(series.len());
     let mut one = vec![0.0; 2 * reach + 1];
@@ -100,26 +97,25 @@ pub fn response(series: &[f64], inputs: &[&[f64]], interval: f64, order: usize) 
 /// The integral of a velocity as it was measured, about its mean over the series: a sensor without an offset, on a motion that wanders
 /// further than [`complete`] can tell from one, shows it so.
 pub fn integral(velocity: &[f64], interval: f64) -> Vec<f64> {
-    let mut sum = 0.0;
-    let means = (0..velocity.len().saturating_sub(1)).map(|row| mean_of_velocity(velocity, row));
-    let mut integral: Vec<f64> = std::iter::once(0.0)
-        .chain(means.map(|mean| {
-            sum += mean * interval;
-            sum
-        }))
-        .collect();
-    let mean = integral.iter().sum::<f64>() / integral.len() as f64;
-    integral.iter_mut().for_each(|x| *x -= mean);
-    integral
+    let mut integral = vec![0.0; velocity.len()];
+    for row in 1..velocity.len() {
+        integral[row] = integral[row - 1] + mean_of_velocity(velocity, row - 1) * interval;
+    }
+    about_mean(&integral)
+}
+
+fn about_mean(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|v| v - mean).collect()
 }
 
 /// The mean of a velocity between two samples, to the fourth order.
 fn mean_of_velocity(velocity: &[f64], row: usize) -> f64 {
-    let at = |k: usize| velocity[k];
-    if row > 0 && row + 2 < velocity.len() {
-        (13.0 * (at(row) + at(row + 1)) - at(row - 1) - at(row + 2)) / 24.0
+    let v = velocity;
+    if row > 0 && row + 2 < v.len() {
+        (13.0 * (v[row] + v[row + 1]) - v[row - 1] - v[row + 2]) / 24.0
     } else {
-        0.5 * (at(row) + at(row + 1))
+        0.5 * (v[row] + v[row + 1])
     }
 }
 
@@ -267,8 +263,7 @@ mod tests {
         let small = 1e-5;
         let slope = |t: f64| (turn(t + small) - turn(t - small)) / (2.0 * small);
         let v: Vec<f64> = (0..n).map(|k| slope(at(k)) + 0.2 * w * (w * at(k)).cos()).collect();
-        let mean = x.iter().sum::<f64>() / n as f64;
-        let about: Vec<f64> = x.iter().map(|x| x - mean).collect();
+        let about = about_mean(&x);
         let found = error(&integral(&v, interval), &about);
         assert!(found < 1e-4, "{found}");
         let (cut, _) = integrated(&v, &[], interval, 1);
